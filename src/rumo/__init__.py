@@ -1,0 +1,53 @@
+"""Nonlinear model predictive control of stiff systems, road vehicles first."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from rumo.controllers import Controller, DirectNlp, LinearTimeVarying, RealTimeIteration
+from rumo.discretization import ImplicitEuler
+from rumo.errors import ArgumentError, CallOrderError, PlantError, RumoError, ShapeError, UnknownNameError
+from rumo.model import Model, Output, Parameter
+from rumo.plan import Plan
+from rumo.problem import Bounds, Constraint, Penalty, Problem, Weight
+from rumo.status import Status
+
+if TYPE_CHECKING:
+    from rumo.report.show import show
+    from rumo.simulation.loop import simulate
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "ArgumentError",
+    "Bounds",
+    "CallOrderError",
+    "Constraint",
+    "Controller",
+    "DirectNlp",
+    "ImplicitEuler",
+    "LinearTimeVarying",
+    "Model",
+    "Output",
+    "Parameter",
+    "Penalty",
+    "Plan",
+    "PlantError",
+    "Problem",
+    "RealTimeIteration",
+    "RumoError",
+    "ShapeError",
+    "Status",
+    "UnknownNameError",
+    "Weight",
+    "show",
+    "simulate",
+]
+
+# A controller alone needs neither SciPy nor a plotting library.
+_LAZY = {"simulate": "rumo.simulation.loop", "show": "rumo.report.show"}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(import_module(_LAZY[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

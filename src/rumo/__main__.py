@@ -1,0 +1,5 @@
+"""`python -m rumo` is the command `rumo`."""
+
+from rumo.cli import app
+
+app(prog_name="rumo")

@@ -1,0 +1,137 @@
+"""The command `rumo`."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table as RichTable
+from rich.text import Text
+
+import rumo
+from rumo.errors import ArgumentError, RumoError
+from rumo.report.tables import Table, claims_table, controllers_table
+
+app = typer.Typer(
+    help=rumo.__doc__, no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False
+)
+study = typer.Typer(help="Run a study and write its report.", no_args_is_help=True)
+app.add_typer(study, name="study")
+
+
+@app.callback(invoke_without_command=True)
+def main(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.", is_eager=True)] = False,
+) -> None:
+    """Nonlinear model predictive control of stiff systems, road vehicles first."""
+    if version:
+        typer.echo(f"rumo {rumo.__version__}")
+        raise typer.Exit
+
+
+@app.command()
+def models() -> None:
+    """List the models that come with Rumo, with their signals and units."""
+    from rumo.registry import MODELS
+
+    for name, make in MODELS.items():
+        model = make()
+        grid = RichTable(box=None, show_header=False, pad_edge=False, title=name, title_justify="left")
+        for signals in (model.states, model.inputs, model.parameters, model.outputs):
+            if len(signals):
+                row = (f"  {signals.role}", ", ".join(f"{key} [{signals.unit(key)}]" for key in signals))
+                grid.add_row(*map(Text, row))
+        Console().print(grid, "")
+
+
+@study.command()
+def paper(
+    controllers: Annotated[str, typer.Option(help="Which controllers drive, comma-separated.")] = "rti,nlp,ltv",
+    seed: Annotated[int, typer.Option(help="Seed of wind and noise.")] = 0,
+    duration: Annotated[float, typer.Option(help="Length of the drive [s].")] = 24.0,
+    output: Annotated[Path, typer.Option(help="Folder for logs, figures and report.")] = Path("out"),
+) -> None:
+    """The paper's case study: a car follows a sine path in wind, with noisy sensors."""
+    with _errors_in_words():
+        folder = _writable(output)
+        from rumo.report.charts import paper_charts
+        from rumo.report.figures import write_figures
+        from rumo.report.page import write_page
+        from rumo.report.paper import summary
+        from rumo.simulation.log import save
+        from rumo.studies import PaperStudy
+
+        settings = PaperStudy(tuple(name.strip() for name in controllers.split(",")), seed, duration)
+        with _progress() as progress:
+            tasks = {name: progress.add_task(name, total=None) for name in settings.controllers}
+            logs = settings.run(lambda name, done, steps: progress.update(tasks[name], completed=done, total=steps))
+            for name, log in logs.items():
+                save(log, folder / f"log-{name}.nc")
+            content = summary(logs)
+            text = json.dumps(content, indent=2, allow_nan=False)
+            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+            charts = paper_charts(logs)
+            task = progress.add_task("figures", total=len(charts))
+            for chart in charts:
+                write_figures([chart], folder)
+                progress.advance(task)
+            lead = (
+                f"A car follows a sine path at {settings.path.speed:g} m/s for {duration:g} s in wind, with noisy, "
+                f"filtered measurements; horizon {content['horizon']}, sampling period "
+                f"{1e3 * content['sampling_time_s']:g} ms, seed {seed}."
+            )
+            page = write_page(folder / "report.html", "The paper's case study", lead, content, charts)
+        _print(controllers_table(content["controllers"]), "How it drives")
+        _print(claims_table(content["claims"]), "The paper's claims")
+        Console().print(f"Report: {page}", soft_wrap=True, highlight=False)
+
+
+@contextmanager
+def _errors_in_words() -> Generator[None]:
+    """An error of ours is one sentence on standard error and exit code 2."""
+    try:
+        yield
+    except RumoError as error:
+        Console(stderr=True).print(f"Error: {error}", style="bold red", soft_wrap=True, highlight=False, markup=False)
+        raise typer.Exit(2) from None
+
+
+def _writable(folder: Path) -> Path:
+    """Create the folder and prove that files can be written there, before any work is done."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise ArgumentError(
+            "--output", f"'{folder}' ({error.strerror})", "a folder that can be written", "Name another folder."
+        ) from None
+    return folder
+
+
+def _progress() -> Progress:
+    return Progress(
+        TextColumn("{task.description:>8}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        console=Console(stderr=True),
+        disable=not sys.stderr.isatty(),
+    )
+
+
+def _print(table: Table, title: str) -> None:
+    rich_table = RichTable(title=title, title_justify="left")
+    for i, head in enumerate(table.heads):
+        rich_table.add_column(Text(head), justify="right" if i else "left")
+    for row in table.rows:
+        rich_table.add_row(*map(Text, row))
+    Console().print(rich_table)

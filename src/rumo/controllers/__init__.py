@@ -1,0 +1,8 @@
+"""Controllers: the same problem, solved in different ways."""
+
+from rumo.controllers.base import Controller
+from rumo.controllers.ltv import LinearTimeVarying
+from rumo.controllers.nlp import DirectNlp
+from rumo.controllers.rti import RealTimeIteration
+
+__all__ = ["Controller", "DirectNlp", "LinearTimeVarying", "RealTimeIteration"]

@@ -1,0 +1,183 @@
+"""From a linearised horizon to a small dense quadratic program in the free inputs. Arrays only.
+
+Throughout, deviations are from the guess: `dx_i = x_i - x_g,i`, `du_i = u_i - u_g,i`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rumo.controllers.qp import QuadraticProgram
+from rumo.problem import Problem
+from rumo.signals import Array
+from rumo.transcription import Stages
+
+# A hard constraint whose value the inputs cannot change by this share is left out: see `Condensed.rows`.
+NO_INFLUENCE = 1e-10
+
+
+@dataclass(frozen=True)
+class Condensed:
+    """Affine maps from what is known only at feedback, and from the free inputs, to all that matters.
+
+    With `k = (dx_0, du_0 ... du_{d-1}, 1)` known and `v` the free input deviations in units of their range,
+    a quantity is `known @ k + free @ v`.
+
+    Attributes
+    ----------
+    x_known, x_free : ndarray, shapes (N, nx, nk), (N, nx, n)
+        State deviations.
+    y_known, y_free : ndarray, shapes (N ny, nk), (N ny, n)
+        Tracked outputs, stage by stage.
+    g_known, g_free : ndarray, shapes (N nc, nk), (N nc, n)
+        Path constraints, stage by stage.
+    increments : ndarray, shape (n, n)
+        Change of the input increments.
+    hessian : ndarray, shape (n, n)
+        Gauss-Newton Hessian of the cost.
+    rows : ndarray of int
+        Path constraints that are imposed: those that a free input can influence.
+    """
+
+    x_known: Array
+    x_free: Array
+    y_known: Array
+    y_free: Array
+    g_known: Array
+    g_free: Array
+    increments: Array
+    hessian: Array
+    rows: np.ndarray
+
+
+def eliminate(stages: Stages) -> tuple[Array, Array, Array]:
+    """Solve each implicit stage for its new state: `dx_i = A dx_{i-1} + B du_{i-1} + c`, one LU per stage.
+
+    Equation (implicit-linearized-virtual-displacement-dynamics) of the paper,
+    `(I - A1) dx_i = A0 dx_{i-1} + B du_{i-1} + (F_g - x_g)`.
+
+    Returns
+    -------
+    A, B, c : ndarray, shapes (N, nx, nx), (N, nx, nu), (N, nx)
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If I - A1 is singular at some stage.
+    """
+    nx = stages.A1.shape[1]
+    right = np.concatenate([stages.A0, stages.B, stages.defect[:, :, None]], axis=2)
+    solved = np.linalg.solve(np.eye(nx) - stages.A1, right)
+    return solved[:, :, :nx], solved[:, :, nx:-1], solved[:, :, -1]
+
+
+def condense(stages: Stages, problem: Problem, imposed: np.ndarray) -> Condensed:
+    """Express states, outputs and constraints by the known quantities and the free inputs.
+
+    Parameters
+    ----------
+    stages : Stages
+        The linearised horizon.
+    problem : Problem
+        Weights, delay and ranges.
+    imposed : ndarray of bool, shape (N, nc)
+        Constraints that can be influenced by structure.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If a stage cannot be solved for its new state.
+
+    Notes
+    -----
+    O(N^2 nx nu) for the responses, O(N^3 nu^2 ny) for the Hessian. Source: Frison (2015), ch. 6.
+    """
+    A, B, c = eliminate(stages)
+    N, nx, nu = B.shape
+    d = problem.delay
+    # Response of dx_i to (dx_0, du_0 ... du_{N-1}, 1), by forward substitution.
+    inputs = [slice(nx + k * nu, nx + (k + 1) * nu) for k in range(N)]
+    response = np.zeros((N, nx, nx + N * nu + 1))
+    previous = np.eye(nx, nx + N * nu + 1)
+    for k in range(N):
+        response[k] = A[k] @ previous
+        response[k][:, inputs[k]] += B[k]
+        response[k][:, -1] += c[k]
+        previous = response[k]
+
+    y = stages.Cx @ response
+    g = stages.D @ response
+    for k in range(N):
+        y[k][:, inputs[k]] += stages.Cu[k]
+        g[k][:, inputs[k]] += stages.E[k]
+    y[:, :, -1] += stages.y
+    g[:, :, -1] += stages.G
+
+    first_free = nx + d * nu
+    known = np.r_[0:first_free, response.shape[2] - 1]
+    scale = np.tile(problem.input_scales, N - d)
+
+    def split(array: Array) -> tuple[Array, Array]:
+        return array[..., known], array[..., first_free:-1] * scale
+
+    x_known, x_free = split(response)
+    y_known, y_free = split(y.reshape(-1, y.shape[2]))
+    g_known, g_free = split(g.reshape(-1, g.shape[2]))
+    increments = (np.eye(scale.size) - np.eye(scale.size, k=-nu)) * scale
+
+    Q = problem.output_weights.ravel()
+    R = problem.move_weights[d:].ravel()
+    hessian = 2.0 * (y_free.T @ (Q[:, None] * y_free) + increments.T @ (R[:, None] * increments))
+    strength = np.abs(g_free).sum(axis=1)
+    size = np.abs(stages.G).ravel() + np.abs(stages.D).sum(axis=2).ravel()
+    rows = np.flatnonzero(imposed.ravel() & (strength > NO_INFLUENCE * size))
+    return Condensed(x_known, x_free, y_known, y_free, g_known, g_free, increments, hessian, rows)
+
+
+def quadratic_program(
+    condensed: Condensed, problem: Problem, known: Array, reference: Array, u_guess: Array, applied: Array
+) -> QuadraticProgram:
+    """The QP of equation (implicit-optimization-problem) in the free inputs.
+
+    Parameters
+    ----------
+    condensed : Condensed
+        The prepared horizon.
+    problem : Problem
+        Weights and limits.
+    known : ndarray, shape (nk,)
+        `(dx_0, du_0 ... du_{d-1}, 1)`.
+    reference : ndarray, shape (N, ny)
+        Wanted outputs of stages 1 to N.
+    u_guess : ndarray, shape (N - d, nu)
+        Guess of the free inputs.
+    applied : ndarray, shape (nu,)
+        Input before the first free one.
+    """
+    Q = problem.output_weights.ravel()
+    R = problem.move_weights[problem.delay :].ravel()
+    error = condensed.y_known @ known - reference.ravel()
+    moves = np.diff(u_guess, axis=0, prepend=applied[None]).ravel()
+    gradient = 2.0 * (condensed.y_free.T @ (Q * error) + condensed.increments.T @ (R * moves))
+
+    n_free, scale = len(u_guess), problem.input_scales
+    rows = condensed.rows
+    constraints = [problem.constraints[row % len(problem.constraints)] for row in rows]
+    penalties = [constraint.penalty for constraint in constraints]
+    moved = np.isfinite(problem.move_lower) | np.isfinite(problem.move_upper)
+    limited = np.flatnonzero(np.tile(moved, n_free))
+    return QuadraticProgram(
+        hessian=condensed.hessian,
+        gradient=gradient,
+        lower=((problem.input_lower - u_guess) / scale).ravel(),
+        upper=((problem.input_upper - u_guess) / scale).ravel(),
+        rows=np.vstack([condensed.g_free[rows], condensed.increments[limited]]),
+        row_lower=np.r_[np.full(len(rows), -np.inf), np.tile(problem.move_lower, n_free)[limited] - moves[limited]],
+        row_upper=np.r_[
+            -condensed.g_known[rows] @ known, np.tile(problem.move_upper, n_free)[limited] - moves[limited]
+        ],
+        l1=np.r_[[np.inf if item is None else item.l1 for item in penalties], np.full(len(limited), np.inf)],
+        l2=np.r_[[0.0 if item is None else item.l2 for item in penalties], np.zeros(len(limited))],
+    )

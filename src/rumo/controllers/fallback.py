@@ -1,0 +1,51 @@
+"""What is applied when a step has no solution: the previous plan, shifted, then the safe input."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rumo.problem import Problem
+from rumo.signals import Array
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Inputs (N, nu) and states (N + 1, nx) over a horizon."""
+
+    u: Array
+    x: Array
+
+    @classmethod
+    def resting(cls, x: Array, u: Array, horizon: int) -> Trajectory:
+        """Stay at state x (nx,) with input u (nu,)."""
+        return cls(np.tile(u, (horizon, 1)), np.tile(x, (horizon + 1, 1)))
+
+    def shifted(self) -> Trajectory:
+        """One sample later: u(t+N) = u(t+N-1), the last state extrapolated."""
+        return Trajectory(np.vstack([self.u[1:], self.u[-1]]), np.vstack([self.x[1:], 2.0 * self.x[-1] - self.x[-2]]))
+
+    @property
+    def finite(self) -> bool:
+        """Whether every number is finite."""
+        return bool(np.isfinite(self.u).all() and np.isfinite(self.x).all())
+
+
+def admissible(problem: Problem, u: Array, previous: Array) -> Array:
+    """The inputs nearest to u that respect bounds and move bounds, one after the other.
+
+    Parameters
+    ----------
+    problem : Problem
+        Has the limits.
+    u : ndarray, shape (n, nu)
+        Inputs wanted, finite.
+    previous : ndarray, shape (nu,)
+        Input before the first of them.
+    """
+    result = np.empty_like(u)
+    for k, wanted in enumerate(u):
+        move = np.clip(wanted - previous, problem.move_lower, problem.move_upper)
+        result[k] = previous = np.clip(previous + move, problem.input_lower, problem.input_upper)
+    return result

@@ -1,0 +1,55 @@
+"""Linearisation along the reference: no iteration, the method the paper calls cheaper but worse."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rumo.controllers.base import Candidate
+from rumo.controllers.fallback import Trajectory
+from rumo.controllers.rti import RealTimeIteration
+from rumo.errors import ArgumentError
+from rumo.signals import Array
+
+
+class LinearTimeVarying(RealTimeIteration):
+    """Linear time-varying MPC: the same QP as the real-time iteration, about the reference instead of the last plan.
+
+    The reference must name every state of the model; inputs that it leaves out are linearised about the
+    safe input.
+
+    Parameters
+    ----------
+    problem : Problem
+        What to solve.
+    discretization : Discretization, optional
+        Implicit Euler if not given.
+    qp : QpOptions, optional
+        Limits and accuracy of the QP solver.
+    """
+
+    name = "ltv"
+
+    def _prepare(self, guess: Trajectory) -> bool:
+        """Nothing: the reference to linearise about comes with the measurement."""
+        return True
+
+    def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
+        reference = self._trajectory(window)
+        if not super()._prepare(reference):
+            return None
+        return self._iterate(x, window, reference)
+
+    def _trajectory(self, window: dict[str, Array]) -> Trajectory:
+        problem = self.problem
+        model, N = problem.model, problem.horizon
+        missing = [name for name in model.states if name not in window]
+        if missing:
+            raise ArgumentError(
+                "reference",
+                f"no values for {', '.join(missing)}",
+                "values for every state of the model",
+                "LinearTimeVarying linearises along the reference.",
+            )
+        named = dict(zip(model.inputs, np.tile(problem.safe_input[:, None], N + 1), strict=True)) | window
+        u = np.column_stack([named[name][:N] for name in model.inputs])
+        return Trajectory(u, np.column_stack([named[name] for name in model.states]))

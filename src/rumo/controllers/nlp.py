@@ -1,0 +1,209 @@
+"""The direct NLP: the same discretised problem, solved to convergence by IPOPT."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from rumo.controllers.base import Candidate, Controller
+from rumo.controllers.condensing import eliminate
+from rumo.controllers.fallback import Trajectory
+from rumo.discretization import Discretization
+from rumo.problem import Problem
+from rumo.signals import Array
+from rumo.status import Status
+
+# An iterate that IPOPT could not finish is used if its states are within this share of satisfying the dynamics,
+# and hard constraints hold to this.
+ADMISSIBLE = 1e-2
+
+
+@dataclass(frozen=True)
+class NlpOptions:
+    """Limits and accuracy of IPOPT.
+
+    Parameters
+    ----------
+    tolerance : float
+        IPOPT's `tol`.
+    max_iterations : int
+        Reaching them is `Status.BUDGET_EXCEEDED`.
+    max_wall_time : float
+        Time limit per step [s]; reaching it is `Status.BUDGET_EXCEEDED`. A finite limit makes results
+        depend on the machine.
+    """
+
+    tolerance: float = 1e-8
+    max_iterations: int = 200
+    max_wall_time: float = np.inf
+
+
+class DirectNlp(Controller):
+    """Nonlinear MPC by direct transcription and IPOPT (Waechter and Biegler, 2006), the paper's baseline.
+
+    Parameters
+    ----------
+    problem : Problem
+        What to solve.
+    discretization : Discretization, optional
+        Implicit Euler if not given.
+    options : NlpOptions, optional
+        Limits and accuracy of IPOPT.
+    """
+
+    name = "nlp"
+
+    def __init__(
+        self, problem: Problem, discretization: Discretization | None = None, *, options: NlpOptions | None = None
+    ) -> None:
+        super().__init__(problem, discretization)
+        self.options = options or NlpOptions()
+        self._build()
+
+    def _build(self) -> None:
+        """State the NLP of equation (original-nlp), slack variables of soft constraints included."""
+        problem, functions = self.problem, self.transcription
+        N, d = problem.horizon, problem.delay
+        nx, nu = len(problem.model.states), len(problem.model.inputs)
+        x0, x = ca.SX.sym("x0", nx), ca.SX.sym("x", nx, N)
+        decided, u = ca.SX.sym("decided", nu, len(self._applied)), ca.SX.sym("u", nu, N - d)
+        reference = ca.SX.sym("r", len(problem.outputs), N)
+        p = ca.DM(problem.parameters)
+        states = ca.horzcat(x0, x)
+        inputs = ca.horzcat(decided[:, :d], u)
+        increments = ca.diff(ca.horzcat(decided[:, -1], u), 1, 1)
+
+        soft = [(k, j) for k, j in np.argwhere(functions.imposed) if problem.constraints[j].penalty is not None]
+        s = ca.SX.sym("s", len(soft))
+        slack_of = {index: s[i] for i, index in enumerate(soft)}
+        cost = ca.SX(0)
+        equalities, hard = [], []
+        for k in range(N):
+            equalities.append(functions.residual(states[:, k + 1], states[:, k], inputs[:, k], p))
+            error = functions.outputs(states[:, k + 1], inputs[:, k], p) - reference[:, k]
+            cost += ca.dot(ca.DM(problem.output_weights[k]), error**2)
+            if k >= d:
+                cost += ca.dot(ca.DM(problem.move_weights[k]), increments[:, k - d] ** 2)
+            rows = functions.constraints(states[:, k + 1], inputs[:, k], p)
+            hard += [rows[int(j)] - slack_of.get((k, j), 0.0) for j in np.flatnonzero(functions.imposed[k])]
+        for i, (_, j) in enumerate(soft):
+            penalty = problem.constraints[j].penalty
+            assert penalty is not None
+            cost += penalty.l1 * s[i] + penalty.l2 * s[i] ** 2
+
+        limited = np.flatnonzero(np.isfinite(problem.move_lower) | np.isfinite(problem.move_upper))
+        moves = ca.vec(increments[limited.tolist(), :])
+        constraints = ca.vertcat(*equalities, *hard, moves)
+        self._lower = np.r_[np.full(N * nx, -np.inf), np.tile(problem.input_lower, N - d), np.zeros(len(soft))]
+        self._upper = np.r_[np.full(N * nx, np.inf), np.tile(problem.input_upper, N - d), np.full(len(soft), np.inf)]
+        self._g_lower = np.r_[
+            np.zeros(N * nx), np.full(len(hard), -np.inf), np.tile(problem.move_lower[limited], N - d)
+        ]
+        self._g_upper = np.r_[np.zeros(N * nx + len(hard)), np.tile(problem.move_upper[limited], N - d)]
+        statement = {
+            "x": ca.vertcat(ca.vec(x), ca.vec(u), s),
+            "p": ca.vertcat(x0, ca.vec(decided), ca.vec(reference)),
+            "f": cost,
+            "g": constraints,
+        }
+        self._solver = ca.nlpsol("direct_nlp", "ipopt", statement, self._ipopt_options())
+        self._path = functions.constraints.map(N)
+        self._forget_multipliers()
+
+    def _ipopt_options(self) -> dict[str, Any]:
+        ipopt: dict[str, Any] = {
+            "print_level": 0,
+            "sb": "yes",
+            "tol": self.options.tolerance,
+            "max_iter": self.options.max_iterations,
+            "linear_solver": linear_solver(),
+            "warm_start_init_point": "yes",
+            "warm_start_bound_push": 1e-6,
+            "warm_start_mult_bound_push": 1e-6,
+            "warm_start_slack_bound_push": 1e-6,
+            # A third of the iterations of a monotone barrier from a warm start, a ninth from a cold one.
+            "mu_strategy": "adaptive",
+            # Bounds are limits of actuators: do not relax them.
+            "bound_relax_factor": 0.0,
+        }
+        if np.isfinite(self.options.max_wall_time):
+            ipopt["max_wall_time"] = self.options.max_wall_time
+        return {
+            "ipopt": ipopt,
+            "print_time": False,
+            "expand": True,
+            "error_on_fail": False,
+            "show_eval_warnings": False,
+        }
+
+    def _forget_multipliers(self) -> None:
+        self._multipliers = np.zeros(len(self._lower)), np.zeros(len(self._g_lower))
+
+    def _prepare(self, guess: Trajectory) -> bool:
+        """Nothing: the guess is all there is."""
+        return guess.finite
+
+    def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
+        problem = self.problem
+        N, d = problem.horizon, problem.delay
+        nx = len(problem.model.states)
+        reference = np.column_stack([window[name][1:] for name in problem.outputs])
+        slack = np.zeros(len(self._lower) - N * nx - guess.u[d:].size)
+        lam_x, lam_g = self._multipliers
+        try:
+            result = self._solver(
+                x0=np.r_[guess.x[1:].ravel(), guess.u[d:].ravel(), slack],
+                p=np.r_[x, self._applied.ravel(), reference.ravel()],
+                lbx=self._lower,
+                ubx=self._upper,
+                lbg=self._g_lower,
+                ubg=self._g_upper,
+                lam_x0=lam_x,
+                lam_g0=lam_g,
+            )
+        except RuntimeError:  # CasADi: an evaluation failed inside IPOPT
+            self._forget_multipliers()
+            return None
+        w, g = result["x"].full().ravel(), result["g"].full().ravel()
+        states = np.vstack([x, w[: N * nx].reshape(N, nx)])
+        u = np.vstack([self._applied[:d], w[N * nx : N * nx + guess.u[d:].size].reshape(N - d, -1)])
+        trajectory = Trajectory(u, states)
+        excess = np.maximum(self._g_lower - g, g - self._g_upper)[N * nx :]
+        status = self._outcome(trajectory, excess)
+        if status is Status.SOLVER_FAILED:
+            self._forget_multipliers()
+            return None
+        self._multipliers = result["lam_x"].full().ravel(), result["lam_g"].full().ravel()
+        p = np.tile(problem.parameters[:, None], N)
+        constraints = self._path(states[1:].T, u.T, p).full().T
+        return Candidate.assess(trajectory, constraints, self.transcription.imposed, status)
+
+    def _outcome(self, trajectory: Trajectory, excess: Array) -> Status:
+        """What IPOPT's result is worth, given by how much constraints and move bounds are exceeded."""
+        stats = self._solver.stats()
+        if stats["success"]:
+            return Status.OPTIMAL
+        out_of_budget = stats["return_status"] in ("Maximum_Iterations_Exceeded", "Maximum_WallTime_Exceeded")
+        if not out_of_budget or not trajectory.finite or np.max(excess, initial=0.0) > ADMISSIBLE:
+            return Status.SOLVER_FAILED
+        # The residual of a stiff stage is huge long after its state is right: judge by the Newton step it asks for.
+        try:
+            _, _, correction = eliminate(self.transcription.linearize(trajectory.x, trajectory.u))
+        except np.linalg.LinAlgError:
+            return Status.SOLVER_FAILED
+        close = np.abs(correction) <= ADMISSIBLE * (1.0 + np.abs(trajectory.x[1:]))
+        return Status.BUDGET_EXCEEDED if close.all() else Status.SOLVER_FAILED
+
+
+@cache
+def linear_solver() -> str:
+    """MA27 where IPOPT has it, MUMPS otherwise."""
+    x = ca.SX.sym("x")
+    options = {"ipopt": {"print_level": 0, "sb": "yes", "linear_solver": "ma27"}, "print_time": False}
+    solver = ca.nlpsol("probe", "ipopt", {"x": x, "f": (x - 1.0) ** 2}, {**options, "error_on_fail": False})
+    solver(x0=0.0)
+    return "ma27" if solver.stats()["success"] else "mumps"

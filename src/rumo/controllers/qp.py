@@ -1,0 +1,99 @@
+"""Dense convex quadratic programs with soft rows, solved by PIQP."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import piqp
+
+from rumo.signals import Array
+from rumo.status import Status
+
+# PIQP takes values beyond this as infinite.
+INFINITE = 1e30
+
+
+@dataclass(frozen=True)
+class QuadraticProgram:
+    """Minimise `v' H v / 2 + g' v + sum(l1 s + l2 s^2)` subject to bounds and two-sided rows.
+
+    A row is hard where its `l1` is infinite; a soft row may exceed its upper limit by s >= 0.
+
+    Attributes
+    ----------
+    hessian, gradient : ndarray, shapes (n, n), (n,)
+    lower, upper : ndarray, shape (n,)
+    rows : ndarray, shape (m, n)
+    row_lower, row_upper, l1, l2 : ndarray, shape (m,)
+    """
+
+    hessian: Array
+    gradient: Array
+    lower: Array
+    upper: Array
+    rows: Array
+    row_lower: Array
+    row_upper: Array
+    l1: Array
+    l2: Array
+
+    @property
+    def sane(self) -> bool:
+        """Whether all numbers are finite and far below what the solver takes as infinite; limits may be infinite."""
+        limits = (self.lower, self.upper, self.row_lower, self.row_upper)
+        data = (self.hessian, self.gradient, self.rows, *(limit[~np.isinf(limit)] for limit in limits))
+        return all((np.abs(array) < 1e-3 * INFINITE).all() for array in data)
+
+
+@dataclass(frozen=True)
+class QpOptions:
+    """Limits and accuracy of the QP solver.
+
+    Parameters
+    ----------
+    max_iterations : int
+        Interior-point iterations; reaching them is `Status.BUDGET_EXCEEDED`.
+    tolerance : float
+        Absolute and relative accuracy of the optimality conditions, in units of the ranges.
+    """
+
+    max_iterations: int = 100
+    tolerance: float = 1e-10
+
+
+def solve(program: QuadraticProgram, options: QpOptions) -> tuple[Array, Status]:
+    """Return the minimiser (n,) and OPTIMAL, BUDGET_EXCEEDED or SOLVER_FAILED.
+
+    Slack variables are appended for the soft rows; their exact penalty makes the Hessian only semidefinite,
+    which an interior-point solver takes as it is.
+    """
+    n, soft = len(program.gradient), np.flatnonzero(np.isfinite(program.l1))
+    if not program.sane:
+        return np.full(n, np.nan), Status.SOLVER_FAILED
+    hessian = np.zeros((n + len(soft),) * 2)
+    hessian[:n, :n] = program.hessian
+    hessian[range(n, n + len(soft)), range(n, n + len(soft))] = 2.0 * program.l2[soft]
+    relief = np.zeros((len(program.rows), len(soft)))
+    relief[soft, range(len(soft))] = -1.0
+
+    solver: Any = piqp.DenseSolver()  # its type hints ask for float64 where any float array does
+    solver.settings.max_iter = options.max_iterations
+    solver.settings.eps_abs = solver.settings.eps_rel = options.tolerance
+    solver.setup(
+        hessian,
+        np.r_[program.gradient, program.l1[soft]],
+        None,
+        None,
+        np.hstack([program.rows, relief]),
+        np.clip(program.row_lower, -INFINITE, INFINITE),
+        np.clip(program.row_upper, -INFINITE, INFINITE),
+        np.clip(np.r_[program.lower, np.zeros(len(soft))], -INFINITE, INFINITE),
+        np.clip(np.r_[program.upper, np.full(len(soft), INFINITE)], -INFINITE, INFINITE),
+    )
+    outcome = solver.solve()
+    if outcome == piqp.PIQP_SOLVED:
+        return solver.result.x[:n], Status.OPTIMAL
+    status = Status.BUDGET_EXCEEDED if outcome == piqp.PIQP_MAX_ITER_REACHED else Status.SOLVER_FAILED
+    return np.full(n, np.nan), status

@@ -1,0 +1,106 @@
+"""The real-time iteration, line by line the paper: one linearisation and one QP per sample."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rumo.controllers.base import Candidate, Controller
+from rumo.controllers.condensing import Condensed, condense, quadratic_program
+from rumo.controllers.fallback import Trajectory
+from rumo.controllers.qp import QpOptions, solve
+from rumo.discretization import Discretization
+from rumo.errors import ArgumentError
+from rumo.problem import Problem
+from rumo.signals import Array
+from rumo.status import Status
+
+
+class RealTimeIteration(Controller):
+    """Real-time iteration on an implicit discretisation (Diehl, 2001; Wagner and Normey-Rico).
+
+    Parameters
+    ----------
+    problem : Problem
+        What to solve.
+    discretization : Discretization, optional
+        Implicit Euler if not given.
+    sqp_iterations : int
+        Linearisations and QPs per step; 1 is the real-time iteration, more is sequential quadratic
+        programming with full steps.
+    tolerance : float
+        With more than one iteration, stop when no state or input changes by more than this, relatively.
+    qp : QpOptions, optional
+        Limits and accuracy of the QP solver.
+
+    Examples
+    --------
+    >>> controller = RealTimeIteration(problem)                 # doctest: +SKIP
+    >>> controller.prepare()                                    # doctest: +SKIP
+    >>> plan = controller.feedback(x=[0.1, 0.0], reference={"angle": 3.14})  # doctest: +SKIP
+    """
+
+    name = "rti"
+
+    def __init__(
+        self,
+        problem: Problem,
+        discretization: Discretization | None = None,
+        *,
+        sqp_iterations: int = 1,
+        tolerance: float = 1e-9,
+        qp: QpOptions | None = None,
+    ) -> None:
+        if sqp_iterations < 1:
+            raise ArgumentError("sqp_iterations", repr(sqp_iterations), "a whole number of at least 1")
+        self.sqp_iterations = sqp_iterations
+        self.tolerance = tolerance
+        self.qp = qp or QpOptions()
+        self._condensed: Condensed | None = None
+        super().__init__(problem, discretization)
+
+    def _prepare(self, guess: Trajectory) -> bool:
+        """Linearise about the guess, eliminate the implicit states, condense."""
+        stages = self.transcription.linearize(guess.x, guess.u)
+        if not stages.finite:
+            return False
+        try:
+            self._condensed = condense(stages, self.problem, self.transcription.imposed)
+        except np.linalg.LinAlgError:
+            return False
+        return True
+
+    def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
+        candidate = self._iterate(x, window, guess)
+        for _ in range(self.sqp_iterations - 1):
+            if candidate.status is Status.SOLVER_FAILED or self._converged(candidate.trajectory, guess):
+                break
+            guess = candidate.trajectory
+            if not self._prepare(guess):
+                return None
+            candidate = self._iterate(x, window, guess)
+        return candidate
+
+    def _iterate(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate:
+        """One QP about a prepared guess, and its solution expanded."""
+        problem, condensed = self.problem, self._condensed
+        assert condensed is not None
+        d, nu = problem.delay, len(problem.model.inputs)
+
+        # The initial state is the measurement, the first d inputs are those already decided.
+        du_decided = self._applied[:d] - guess.u[:d]
+        known = np.r_[x - guess.x[0], du_decided.ravel(), 1.0]
+        reference = np.column_stack([window[name][1:] for name in problem.outputs])
+        program = quadratic_program(condensed, problem, known, reference, guess.u[d:], self._applied[-1])
+        v, status = solve(program, self.qp)
+
+        # x = x_g + dx, u = u_g + du
+        dx = condensed.x_known @ known + condensed.x_free @ v
+        du = np.vstack([du_decided, v.reshape(-1, nu) * problem.input_scales])
+        trajectory = Trajectory(guess.u + du, np.vstack([x, guess.x[1:] + dx]))
+        constraints = (condensed.g_known @ known + condensed.g_free @ v).reshape(problem.horizon, -1)
+        return Candidate.assess(trajectory, constraints, self.transcription.imposed, status)
+
+    def _converged(self, new: Trajectory, old: Trajectory) -> bool:
+        return np.allclose(new.u, old.u, rtol=self.tolerance, atol=self.tolerance) and np.allclose(
+            new.x, old.x, rtol=self.tolerance, atol=self.tolerance
+        )

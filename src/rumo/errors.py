@@ -1,0 +1,64 @@
+"""Errors for wrong use. Numerical trouble inside a step is a `Status`, never one of these."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class RumoError(Exception):
+    """Base class of every error that Rumo raises on purpose."""
+
+
+class ArgumentError(RumoError, ValueError):
+    """An argument has a value that cannot work.
+
+    Parameters
+    ----------
+    argument : str
+        Name of the argument as the caller wrote it.
+    got : str
+        What came.
+    expected : str
+        What would have been right.
+    cure : str, optional
+        What to do about it.
+    """
+
+    def __init__(self, argument: str, got: str, expected: str, cure: str = "") -> None:
+        self.argument = argument
+        message = f"{argument}: got {got}, expected {expected}."
+        super().__init__(f"{message} {cure}" if cure else message)
+
+
+class ShapeError(ArgumentError):
+    """An array has the wrong shape or a sequence the wrong length."""
+
+
+class UnknownNameError(ArgumentError):
+    """A name that nothing answers to."""
+
+    def __init__(self, argument: str, name: object, known: Iterable[str], cure: str = "") -> None:
+        names = list(known)
+        close = difflib.get_close_matches(str(name), names, n=1)
+        hint = f"Did you mean {close[0]!r}?" if close else cure
+        expected = "one of " + ", ".join(names) if names else "nothing: no name exists here"
+        super().__init__(argument, repr(name), expected, hint)
+
+
+class CallOrderError(RumoError, RuntimeError):
+    """Methods were called in an order that cannot work."""
+
+
+class PlantError(RumoError, RuntimeError):
+    """The plant could not be integrated; `log` holds the run up to that sample.
+
+    Attributes
+    ----------
+    log : xarray.Dataset or None
+        Everything recorded before the failure.
+    """
+
+    def __init__(self, message: str, log: object = None) -> None:
+        super().__init__(message)
+        self.log = log

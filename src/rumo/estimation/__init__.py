@@ -1,0 +1,6 @@
+"""State estimation: from measurements to what the controller is told."""
+
+from rumo.estimation.base import Estimator, RunningEstimator
+from rumo.estimation.butterworth import Butterworth
+
+__all__ = ["Butterworth", "Estimator", "RunningEstimator"]

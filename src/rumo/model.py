@@ -1,0 +1,179 @@
+"""A model: named states, inputs and parameters, and a right-hand side written with CasADi."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from rumo.errors import ArgumentError, UnknownNameError
+from rumo.signals import Array, NamedSymbols, Signals, Values
+
+Expression = Callable[[NamedSymbols, NamedSymbols, NamedSymbols], Any]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A model parameter that is constant over a horizon.
+
+    Parameters
+    ----------
+    unit : str
+        Unit, "1" for none.
+    default : float
+        Value where nothing else is given.
+    """
+
+    unit: str
+    default: float
+
+
+@dataclass(frozen=True)
+class Output:
+    """A named quantity computed from the model.
+
+    Parameters
+    ----------
+    unit : str
+        Unit, "1" for none.
+    expression : callable
+        `(x, u, p) -> CasADi expression`, scalar.
+    """
+
+    unit: str
+    expression: Expression
+
+
+class Model:
+    """Continuous-time model `xdot = f(x, u, p)` of any system.
+
+    Parameters
+    ----------
+    states, inputs : mapping of str to str
+        Unit of each signal, in vector order.
+    dynamics : callable
+        `(x, u, p) -> {state: time derivative}` with CasADi expressions; signals are attributes (`x.rate`).
+    parameters : mapping of str to Parameter, optional
+        Constants that can be changed without building the model anew.
+    outputs : mapping of str to Output, optional
+        Further quantities to track, constrain or measure.
+    name : str
+        For logs and messages.
+
+    Attributes
+    ----------
+    f : casadi.Function
+        `(x, u, p) -> xdot`, shapes (nx,), (nu,), (np_,), (nx,).
+
+    Raises
+    ------
+    ArgumentError
+        If names clash, a derivative is missing or unknown, or an expression is not a scalar of x, u, p.
+    """
+
+    def __init__(
+        self,
+        states: Mapping[str, str],
+        inputs: Mapping[str, str],
+        dynamics: Callable[[NamedSymbols, NamedSymbols, NamedSymbols], Mapping[str, Any]],
+        parameters: Mapping[str, Parameter] | None = None,
+        outputs: Mapping[str, Output] | None = None,
+        name: str = "model",
+    ) -> None:
+        parameters, outputs = dict(parameters or {}), dict(outputs or {})
+        self.name = name
+        self.states = Signals(states, "states")
+        self.inputs = Signals(inputs, "inputs")
+        self.parameters = Signals({key: item.unit for key, item in parameters.items()}, "parameters")
+        self.outputs = Signals({key: item.unit for key, item in outputs.items()}, "outputs")
+        if not len(self.states):
+            raise ArgumentError("states", "no state", "at least one")
+        if not len(self.inputs):
+            raise ArgumentError("inputs", "no input", "at least one")
+        self._reject_shared_names()
+        defaults = {key: item.default for key, item in parameters.items()}
+        self.default_parameters: Array = self.parameters.finite_vector(defaults, "parameters")
+
+        self.x, self.u, self.p = (
+            ca.SX.sym(symbol, len(signals))
+            for symbol, signals in (("x", self.states), ("u", self.inputs), ("p", self.parameters))
+        )
+        derivatives = dynamics(*self.symbols)
+        if not isinstance(derivatives, Mapping):
+            raise ArgumentError("dynamics", type(derivatives).__name__, "a mapping from state to time derivative")
+        for key in derivatives:
+            self.states.index(key, "dynamics")
+        missing = [state for state in self.states if state not in derivatives]
+        if missing:
+            raise ArgumentError("dynamics", f"no derivative of {', '.join(missing)}", "one for each state")
+        rows = [self.scalar(derivatives[state], f"dynamics[{state!r}]") for state in self.states]
+        self.f = ca.Function("f", [self.x, self.u, self.p], [ca.vertcat(*rows)], ["x", "u", "p"], ["xdot"])
+        self._outputs = {
+            key: self.scalar(item.expression(*self.symbols), f"outputs[{key!r}]") for key, item in outputs.items()
+        }
+
+    @property
+    def symbols(self) -> tuple[NamedSymbols, NamedSymbols, NamedSymbols]:
+        """States, inputs and parameters, answering to their names."""
+        return (
+            NamedSymbols(self.states, self.x),
+            NamedSymbols(self.inputs, self.u),
+            NamedSymbols(self.parameters, self.p),
+        )
+
+    def expression(self, name: str, argument: str) -> Any:
+        """CasADi expression of a state or an output; unknown names raise, naming `argument`."""
+        if name in self.states:
+            return self.x[self.states.index(name)]
+        if name in self._outputs:
+            return self._outputs[name]
+        raise UnknownNameError(
+            argument, name, (*self.states, *self.outputs), "Add it to the model's outputs if it is an expression."
+        )
+
+    def unit(self, name: str) -> str:
+        """Unit of a state, input, parameter or output."""
+        for signals in (self.states, self.inputs, self.parameters, self.outputs):
+            if name in signals:
+                return signals.unit(name)
+        raise UnknownNameError("name", name, (*self.states, *self.inputs, *self.parameters, *self.outputs))
+
+    def parameter_vector(self, values: Values, argument: str = "parameters") -> Array:
+        """Parameter values (np_,), finite, defaults where a mapping leaves one out."""
+        return self.parameters.finite_vector(values, argument, self.default_parameters)
+
+    def scalar(self, expression: Any, argument: str) -> Any:
+        """`expression` as a 1 x 1 SX of x, u and p only; anything else raises, naming `argument`."""
+        try:
+            result = ca.SX(expression)
+        except (NotImplementedError, TypeError, RuntimeError):
+            raise ArgumentError(argument, repr(expression), "a CasADi SX expression or a number") from None
+        if result.shape != (1, 1):
+            raise ArgumentError(argument, f"an expression of shape {result.shape}", "a scalar expression")
+        foreign = [s.name() for s in ca.symvar(result) if not any(ca.is_equal(s, own) for own in self._own_symbols())]
+        if foreign:
+            raise ArgumentError(
+                argument,
+                f"the foreign symbol {foreign[0]!r}",
+                "an expression of the states, inputs and parameters",
+                "Declare it as a parameter of the model.",
+            )
+        return result
+
+    def _own_symbols(self) -> list[Any]:
+        return [*ca.vertsplit(self.x), *ca.vertsplit(self.u), *(ca.vertsplit(self.p) if len(self.parameters) else [])]
+
+    def _reject_shared_names(self) -> None:
+        seen: dict[str, str] = {}
+        for signals in (self.states, self.inputs, self.parameters, self.outputs):
+            for key in signals:
+                if key in seen:
+                    raise ArgumentError(
+                        signals.role, f"the name {key!r}, also among the {seen[key]}", "names used once", "Rename one."
+                    )
+                seen[key] = signals.role
+
+    def __repr__(self) -> str:
+        return f"Model({self.name}: {len(self.states)} states, {len(self.inputs)} inputs)"

@@ -1,0 +1,80 @@
+"""Reference trajectories: functions from times [s] to named arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ellipeinc
+
+from rumo.signals import Array
+from rumo.vehicles.parameters import VehicleParameters
+
+Reference = Callable[[Array], Mapping[str, Array]]
+"""Times (n,) [s] -> signal name -> values (n,)."""
+
+
+def constant(values: Mapping[str, float]) -> Reference:
+    """Hold each signal at a value."""
+    return lambda t: {name: np.full(np.shape(t), float(value)) for name, value in values.items()}
+
+
+@dataclass(frozen=True)
+class SinePath:
+    """A sine path `p_y = a sin(2 pi p_x / w)`, driven at constant speed along it.
+
+    Gives p_x, p_y, psi (the path's tangent), v_x and omega; with a vehicle also v_y, w_f, w_r and delta of driving the
+    path's curvature without slip, which completes the state of the dynamic bicycle.
+
+    Parameters
+    ----------
+    amplitude, wavelength : float
+        a and w [m].
+    speed : float
+        Along the path [m/s].
+    vehicle : VehicleParameters, optional
+        The car that is to drive it.
+    """
+
+    amplitude: float = 3.0
+    wavelength: float = 60.0
+    speed: float = 8.0
+    vehicle: VehicleParameters | None = None
+
+    def __call__(self, t: Array) -> dict[str, Array]:
+        """Reference at times t (n,) [s]."""
+        k = 2.0 * np.pi / self.wavelength
+        slope = self.amplitude * k
+        phase = self._phase(k, slope, self.speed * np.asarray(t, dtype=float))
+        curvature = -slope * k * np.sin(phase) / (1.0 + (slope * np.cos(phase)) ** 2) ** 1.5
+        speed = np.full_like(phase, self.speed)
+        omega = speed * curvature
+        reference = {
+            "p_x": phase / k,
+            "p_y": self.amplitude * np.sin(phase),
+            "psi": np.arctan(slope * np.cos(phase)),
+            "v_x": speed,
+            "omega": omega,
+        }
+        if self.vehicle is not None:
+            car = self.vehicle
+            reference |= {
+                "v_y": car.l_r * omega,
+                "w_f": speed / car.r,
+                "w_r": speed / car.r,
+                "delta": np.arctan(car.wheelbase * curvature),
+            }
+        return reference
+
+    def _phase(self, k: float, slope: float, distance: Array) -> Array:
+        """Phase k p_x at an arc length [m]: the arc length is an elliptic integral, inverted by Newton's method."""
+        m = slope**2 / (1.0 + slope**2)
+        scale = np.sqrt(1.0 + slope**2) / k
+        phase = k * distance
+        for _ in range(20):
+            step = (scale * ellipeinc(phase, m) - distance) / (scale * np.sqrt(1.0 - m * np.sin(phase) ** 2))
+            phase = phase - step
+            if np.max(np.abs(step), initial=0.0) < 1e-14 * max(1.0, float(np.max(np.abs(phase), initial=0.0))):
+                break
+        return phase

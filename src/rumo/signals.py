@@ -1,0 +1,188 @@
+"""Named signals with units, and arrays and expressions that answer to the names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rumo.errors import ArgumentError, ShapeError, UnknownNameError
+
+Array = NDArray[np.floating[Any]]
+Values = Mapping[str, float] | Sequence[float] | ArrayLike
+
+
+class Signals:
+    """An ordered, immutable set of signal names, each with a unit.
+
+    Parameters
+    ----------
+    units : mapping of str to str
+        Unit of each signal, in the order of the vector they form.
+    role : str
+        What the signals are ("states"), for messages.
+
+    Raises
+    ------
+    ArgumentError
+        If a name is not a Python identifier or a unit is not a string.
+    """
+
+    def __init__(self, units: Mapping[str, str], role: str) -> None:
+        if not hasattr(units, "items"):
+            raise ArgumentError(role, repr(units), 'a mapping from name to unit such as {"angle": "rad"}')
+        for name, unit in units.items():
+            if not isinstance(name, str) or not name.isidentifier():
+                raise ArgumentError(role, f"the name {name!r}", "a Python identifier such as 'yaw_rate'")
+            if not isinstance(unit, str):
+                raise ArgumentError(
+                    f"{role}[{name!r}]", repr(unit), "a unit as text", 'Write "1" for a signal without unit.'
+                )
+        self._units = dict(units)
+        self._index = {name: i for i, name in enumerate(self._units)}
+        self.role = role
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Signal names in vector order."""
+        return tuple(self._units)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units in vector order."""
+        return tuple(self._units.values())
+
+    def unit(self, name: str) -> str:
+        """Unit of one signal."""
+        return self._units[name]
+
+    def index(self, name: str, argument: str | None = None) -> int:
+        """Position of `name` in the vector; unknown names raise, naming `argument`."""
+        try:
+            return self._index[name]
+        except (KeyError, TypeError):
+            raise UnknownNameError(argument or self.role, name, self._units) from None
+
+    def vector(self, values: Values, argument: str, default: Array | None = None) -> Array:
+        """Return `values` as an array of shape (n,) in vector order.
+
+        Parameters
+        ----------
+        values : mapping of str to float, or sequence of n floats
+            A mapping must name every signal unless `default` is given.
+        argument : str
+            What to call `values` in a message.
+        default : ndarray, shape (n,), optional
+            Values of the signals that a mapping leaves out.
+
+        Raises
+        ------
+        ShapeError
+            If the length is not n or a value is not a number.
+        UnknownNameError
+            If the mapping names a signal that does not exist.
+        ArgumentError
+            If the mapping leaves out a signal and there is no default.
+        """
+        if isinstance(values, Mapping):
+            return self._from_mapping(values, argument, default)
+        try:
+            vector = np.asarray(values, dtype=float)
+        except (TypeError, ValueError):
+            raise ShapeError(argument, repr(values), f"{len(self)} numbers") from None
+        if vector.shape != (len(self),):
+            raise ShapeError(
+                argument,
+                f"shape {vector.shape}",
+                f"shape ({len(self)},)",
+                f"One value each for {', '.join(self.names)}.",
+            )
+        return vector.copy()
+
+    def finite_vector(self, values: Values, argument: str, default: Array | None = None) -> Array:
+        """Like `vector`, and NaN or infinity raises `ArgumentError`."""
+        vector = self.vector(values, argument, default)
+        for name, value in zip(self._units, vector, strict=True):
+            if not np.isfinite(value):
+                raise ArgumentError(f"{argument}[{name!r}]", repr(float(value)), "a finite number")
+        return vector
+
+    def _from_mapping(self, values: Mapping[str, Any], argument: str, default: Array | None) -> Array:
+        missing = [name for name in self._units if name not in values]
+        if default is None and missing:
+            raise ArgumentError(argument, f"no value for {', '.join(missing)}", f"all of {', '.join(self.names)}")
+        vector = np.zeros(len(self)) if default is None else default.astype(float)
+        for name, value in values.items():
+            i = self.index(name, argument)
+            try:
+                vector[i] = float(value)
+            except (TypeError, ValueError):
+                raise ShapeError(f"{argument}[{name!r}]", repr(value), "one number") from None
+        return vector
+
+    def __len__(self) -> int:
+        return len(self._units)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._units)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._units
+
+    def __repr__(self) -> str:
+        return f"Signals({self._units!r}, role={self.role!r})"
+
+
+class NamedSymbols:
+    """A CasADi column vector whose entries answer to their names: `x.rate` or `x["rate"]`."""
+
+    def __init__(self, signals: Signals, vector: Any) -> None:
+        self._signals = signals
+        self._vector = vector
+
+    def __getitem__(self, name: str) -> Any:
+        return self._vector[self._signals.index(name)]
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        try:
+            return self[name]
+        except UnknownNameError as error:
+            raise AttributeError(str(error)) from None
+
+
+class NamedArray:
+    """An array whose last axis holds signals: `plan.u["torque"]`, or `np.asarray(plan.u)` for all.
+
+    Parameters
+    ----------
+    signals : Signals
+        The n signals of the last axis.
+    values : ndarray, shape (..., n)
+        The numbers.
+    """
+
+    def __init__(self, signals: Signals, values: Array) -> None:
+        self.signals = signals
+        self.values = values
+
+    def __getitem__(self, name: str) -> Any:
+        return self.values[..., self.signals.index(name)]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        return np.array(self.values, dtype=dtype, copy=True if copy is None else copy)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the array."""
+        return self.values.shape
+
+    def as_dict(self) -> dict[str, Any]:
+        """Each signal's values under its name."""
+        return {name: self[name] for name in self.signals}
+
+    def __repr__(self) -> str:
+        return f"NamedArray({', '.join(self.signals.names)}; shape {self.shape})"

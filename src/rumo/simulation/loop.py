@@ -1,0 +1,132 @@
+"""The closed loop: measure, compute, hold, advance."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rumo.controllers import Controller
+from rumo.errors import ArgumentError, PlantError
+from rumo.model import Model
+from rumo.references import Reference, constant
+from rumo.signals import Array, Values
+from rumo.simulation.log import Recorder
+from rumo.simulation.plant import Plant
+from rumo.simulation.sensors import Sensors, observation
+from rumo.simulation.wind import Disturbance
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def simulate(
+    controller: Controller,
+    plant: Model,
+    x: Values,
+    reference: Reference | Mapping[str, float],
+    duration: float,
+    *,
+    seed: int = 0,
+    sensors: Sensors | None = None,
+    disturbances: Mapping[str, Disturbance] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Run a controller in closed loop with a plant.
+
+    At each sample the plant is measured, the controller computes a command, and the command computed `delay` samples
+    ago is held until the next sample.
+
+    Parameters
+    ----------
+    controller : Controller
+        It is reset first.
+    plant : Model
+        What is controlled. Its inputs include the controller's; each state of the controller's model is one of its
+        states or outputs.
+    x : mapping or sequence, (plant nx,)
+        Initial state of the plant.
+    reference : callable or mapping of str to float
+        Times (n,) [s] -> signal -> values (n,); a mapping is held.
+    duration : float
+        [s].
+    seed : int
+        Of noise and disturbances: the same seed gives the same log, but for timings.
+    sensors : Sensors, optional
+        Exact states if not given.
+    disturbances : mapping of str to Disturbance, optional
+        Plant parameters that vary with time, such as the wind.
+    progress : callable, optional
+        Called with (samples done, all samples).
+
+    Returns
+    -------
+    xarray.Dataset
+        See the page on logs; save it with `rumo.simulation.save(log, "run.nc")`.
+
+    Raises
+    ------
+    ArgumentError
+        If names or shapes don't fit.
+    PlantError
+        If the plant cannot be integrated; its `log` has the run so far.
+    """
+    problem = controller.problem
+    model, dt = problem.model, problem.sampling_time
+    if not duration >= dt:
+        raise ArgumentError("duration", f"{duration!r}", f"at least one sampling time of {dt:g} s")
+    for name in model.inputs:
+        plant.inputs.index(name, "plant")
+    state = plant.states.finite_vector(x, "x")
+    reference = constant(reference) if isinstance(reference, Mapping) else reference
+    sensors = sensors or Sensors()
+
+    steps = round(duration / dt)
+    times = dt * np.arange(steps)
+    wind_rng, noise_rng = np.random.default_rng(seed).spawn(2)
+    parameters = np.tile(plant.default_parameters, (steps, 1))
+    for name, disturbance in (disturbances or {}).items():
+        column = plant.parameters.index(name, "disturbances")
+        parameters[:, column] = disturbance.sample(times, wind_rng)
+    noise = sensors.deviations(plant) * noise_rng.standard_normal((steps, len(plant.states)))
+    observe = observation(plant, model)
+    estimate = sensors.estimator.start(problem) if sensors.estimator else None
+
+    controller.reset()
+    decided = deque(controller.applied[: problem.delay])
+    integrator = Plant(plant, dt)
+    columns = [plant.inputs.index(name) for name in model.inputs]
+    held = np.zeros(len(plant.inputs))
+    held[columns] = controller.applied[0]
+    recorder = Recorder(controller, plant, seed)
+    ahead = dt * np.arange(problem.horizon + 1)
+    for k, t in enumerate(times):
+        measured = observe(state + noise[k], held, parameters[k]).full().ravel()
+        estimated = measured if estimate is None else estimate(measured, held[columns])
+        window = reference(t + ahead)
+        plan = controller.step(estimated, window)
+        decided.append(plan.command.values)
+        held[columns] = decided.popleft()
+        recorder.add(
+            plan,
+            time=t,
+            plant=state,
+            measured=measured,
+            estimated=estimated,
+            applied=held[columns].copy(),
+            reference=_now(window, problem.outputs.names),
+            disturbance=parameters[k],
+        )
+        try:
+            state = integrator.advance(state, held, parameters[k])
+        except PlantError as error:
+            raise PlantError(f"At t = {t:g} s: {error}", recorder.dataset()) from None
+        if progress is not None:
+            progress(k + 1, steps)
+    return recorder.dataset()
+
+
+def _now(window: Mapping[str, Array], outputs: tuple[str, ...]) -> Array:
+    return np.array([np.atleast_1d(window[name])[0] for name in outputs])

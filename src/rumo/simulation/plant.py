@@ -1,0 +1,52 @@
+"""The plant: a model integrated to tight tolerances, its input held over each sample."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from rumo.errors import PlantError
+from rumo.model import Model
+from rumo.signals import Array
+
+
+class Plant:
+    """A model advanced by CVODES (BDF, variable order and step; Hindmarsh et al., 2005).
+
+    Parameters
+    ----------
+    model : Model
+        The system that is simulated.
+    sampling_time : float
+        Interval over which the input is held [s].
+    tolerance : float
+        Relative and absolute tolerance, in the states' units.
+    """
+
+    def __init__(self, model: Model, sampling_time: float, tolerance: float = 1e-8) -> None:
+        self.model = model
+        held = ca.vertcat(model.u, model.p)
+        self._integrate = ca.integrator(
+            "plant",
+            "cvodes",
+            {"x": model.x, "p": held, "ode": model.f(model.x, model.u, model.p)},
+            0.0,
+            sampling_time,
+            {"abstol": tolerance, "reltol": tolerance, "max_num_steps": 100_000, "show_eval_warnings": False},
+        )
+
+    def advance(self, x: Array, u: Array, p: Array) -> Array:
+        """State (nx,) one sampling time after x (nx,), with input u (nu,) and parameters p (np_,) held.
+
+        Raises
+        ------
+        PlantError
+            If the integration fails or ends in a state that is not finite.
+        """
+        try:
+            end = self._integrate(x0=x, p=np.r_[u, p])["xf"].full().ravel()
+        except RuntimeError as error:
+            raise PlantError(f"CVODES could not integrate {self.model.name} from x = {x.tolist()}: {error}") from None
+        if not np.isfinite(end).all():
+            raise PlantError(f"{self.model.name} left the finite numbers from x = {x.tolist()}, u = {u.tolist()}")
+        return end

@@ -1,0 +1,26 @@
+"""What a step's result is worth."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Status(Enum):
+    """Outcome of a controller step; the value is a sentence for people.
+
+    Members are ordered from good to bad. Whatever the status, the plan's command is finite and
+    within its bounds.
+    """
+
+    OPTIMAL = "Solved; every constraint that the inputs can influence holds."
+    SOFT_VIOLATED = "Solved; a soft constraint is violated, the plan's slacks say where and by how much."
+    BUDGET_EXCEEDED = "The iteration or time budget ran out; the best admissible plan is used."
+    SOLVER_FAILED = "The optimisation failed; the previous plan, shifted, is used."
+    BAD_REFERENCE = "The reference is not finite; the previous plan, shifted, is used."
+    BAD_MEASUREMENT = "The measurement is not finite; the previous plan, shifted, is used."
+    PLAN_EXHAUSTED = "No plan is left to follow; the problem's safe input is applied."
+
+    @property
+    def solved(self) -> bool:
+        """Whether the plan is the solution of this step's optimisation problem."""
+        return self in (Status.OPTIMAL, Status.SOFT_VIOLATED)

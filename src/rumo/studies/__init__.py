@@ -1,0 +1,5 @@
+"""Studies: plain functions from settings to a result."""
+
+from rumo.studies.paper import PaperStudy
+
+__all__ = ["PaperStudy"]

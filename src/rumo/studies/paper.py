@@ -1,0 +1,161 @@
+"""The paper's case study: a car follows a sine path in wind, with noisy sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rumo.errors import ArgumentError, UnknownNameError
+from rumo.estimation import Butterworth, Estimator
+from rumo.problem import Penalty, Problem, Weight
+from rumo.references import SinePath
+from rumo.registry import CONTROLLERS
+from rumo.simulation import Constant, Disturbance, RandomWalk, Sensors, simulate
+from rumo.vehicles import PAPER_CAR, dynamic_bicycle, four_wheel, friction_circles
+from rumo.vehicles.chassis import BODY_STATES
+from rumo.vehicles.four_wheel import WHEELS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SAMPLING_TIME = 0.04
+HORIZON = 15
+RUN = 24.0
+"""Length of the paper's run [s]."""
+TRACKED = ("p_x", "p_y", "psi", "v_x")
+
+NOISE = {
+    "p_x": 0.05,
+    "p_y": 0.05,
+    "psi": 0.01,
+    "v_x": 0.05,
+    "v_y": 0.05,
+    "omega": 0.01,
+    "w_fl": 0.01,
+    "w_fr": 0.01,
+    "w_rl": 0.01,
+    "w_rr": 0.01,
+    "delta": 0.01,
+}
+"""The paper's table of measurement noise: standard deviations in the states' units."""
+
+Progress = Callable[[str, int, int], None]
+"""Called with (controller, samples done, all samples)."""
+
+
+def reference_ranges(path: SinePath) -> dict[str, float]:
+    """Span of each tracked output over the paper's run; 0 to 10 m/s for the constant speed."""
+    reference = path(SAMPLING_TIME * np.arange(round(RUN / SAMPLING_TIME)))
+    return {name: 10.0 if name == "v_x" else float(np.ptp(reference[name])) for name in TRACKED}
+
+
+def paper_weights(path: SinePath) -> dict[str, Weight]:
+    """The paper's relative weight of 1 on each output, normalised by its range."""
+    return {name: Weight(1.0, span) for name, span in reference_ranges(path).items()}
+
+
+@dataclass(frozen=True)
+class PaperStudy:
+    """Settings of the case study; the defaults are the paper's, or what Rumo takes where the paper is silent.
+
+    Parameters
+    ----------
+    controllers : tuple of str
+        Names in `rumo.registry.CONTROLLERS`.
+    seed : int
+        Of wind and noise, the same for every controller.
+    duration : float
+        [s]; the paper's run is 24.
+    path : SinePath
+        What to follow.
+    weights : mapping of str to Weight, optional
+        Of the tracked outputs p_x, p_y, psi, v_x; the paper's if not given.
+    penalty : Penalty, optional
+        Of the friction circles; None makes them hard.
+    delay : int
+        Samples from measurement to input.
+    estimator : Estimator, optional
+        The paper's Butterworth filter by default; None gives the raw measurements.
+    noise : mapping of str to float
+        Standard deviation of each plant state's measurement.
+    wind : Disturbance
+        Wind speed [m/s], blowing across, to +y.
+    initial_error : float
+        Distance from the first point of the reference in p_y [m].
+
+    Raises
+    ------
+    ArgumentError
+        If a controller is unknown or the duration is shorter than a sample.
+    """
+
+    controllers: tuple[str, ...] = ("rti", "nlp", "ltv")
+    seed: int = 0
+    duration: float = RUN
+    path: SinePath = field(default_factory=lambda: SinePath(vehicle=PAPER_CAR))
+    weights: Mapping[str, Weight] | None = None
+    penalty: Penalty | None = field(default_factory=lambda: Penalty(1.0))
+    delay: int = 1
+    estimator: Estimator | None = field(default_factory=Butterworth)
+    noise: Mapping[str, float] = field(default_factory=lambda: NOISE)
+    wind: Disturbance = field(default_factory=lambda: RandomWalk(mean=2.0, std=1.5))
+    initial_error: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not self.controllers:
+            raise ArgumentError("controllers", "none", f"some of {', '.join(CONTROLLERS)}")
+        for name in self.controllers:
+            if name not in CONTROLLERS:
+                raise UnknownNameError("controllers", name, CONTROLLERS)
+        if not self.duration >= SAMPLING_TIME or not np.isfinite(self.duration):
+            raise ArgumentError("duration", f"{self.duration:g} s", f"at least one sample of {SAMPLING_TIME:g} s")
+
+    def problem(self) -> Problem:
+        """The optimal control problem that every controller solves."""
+        return Problem(
+            dynamic_bicycle(PAPER_CAR),
+            horizon=HORIZON,
+            sampling_time=SAMPLING_TIME,
+            track=self.weights or paper_weights(self.path),
+            moves={"torque": Weight(5.0, range=600.0), "steering_rate": Weight(5.0, range=3.0)},
+            bounds={
+                "torque": (-300.0, 300.0),
+                "steering_rate": (-1.5, 1.5),
+                "delta": (-np.deg2rad(45.0), np.deg2rad(45.0)),
+            },
+            constraints=friction_circles(PAPER_CAR, self.penalty),
+            delay=self.delay,
+        )
+
+    def initial_state(self) -> dict[str, float]:
+        """Plant state beside the first point of the reference, driving along it without slip."""
+        start = {name: float(values[0]) for name, values in self.path(np.zeros(1)).items()}
+        state = {name: start.get(name, 0.0) for name in BODY_STATES} | {"v_y": 0.0, "omega": 0.0}
+        state["p_y"] += self.initial_error
+        return state | {f"w_{wheel}": self.path.speed / PAPER_CAR.r for wheel in WHEELS} | {"delta": 0.0}
+
+    def run(self, progress: Progress | None = None) -> dict[str, xr.Dataset]:
+        """Drive with each controller; the logs by controller name."""
+        problem = self.problem()
+        logs = {}
+        for name in self.controllers:
+
+            def report(done: int, steps: int, name: str = name) -> None:
+                if progress is not None:
+                    progress(name, done, steps)
+
+            logs[name] = simulate(
+                CONTROLLERS[name](problem),
+                four_wheel(PAPER_CAR),
+                self.initial_state(),
+                self.path,
+                self.duration,
+                seed=self.seed,
+                sensors=Sensors(self.noise, self.estimator),
+                disturbances={"wind_speed": self.wind, "wind_direction": Constant(np.pi / 2.0)},
+                progress=report,
+            )
+        return logs

@@ -1,0 +1,99 @@
+"""What the bicycle and the four-wheel car share: the rigid body in the plane, its drag, a wheel on the ground."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from rumo.model import Parameter
+from rumo.vehicles.errata import AsPrinted
+from rumo.vehicles.parameters import TyreParameters, VehicleParameters
+from rumo.vehicles.tyres import Tyre, slip
+
+BODY_STATES = {"p_x": "m", "p_y": "m", "psi": "rad", "v_x": "m/s", "v_y": "m/s", "omega": "rad/s"}
+INPUTS = {"torque": "N m", "steering_rate": "rad/s"}
+WIND = {"wind_speed": Parameter("m/s", 0.0), "wind_direction": Parameter("rad", 0.0)}
+"""Wind over ground and the direction it blows to, from the x axis."""
+
+
+@dataclass(frozen=True)
+class WheelForces:
+    """Forces of one tyre.
+
+    Attributes
+    ----------
+    F_x, F_y : expression
+        In the wheel plane: along, and to the left [N].
+    X, Y : expression
+        In the car's frame [N].
+    """
+
+    F_x: Any
+    F_y: Any
+    X: Any
+    Y: Any
+
+
+def wheel_forces(
+    x: Any,
+    position: tuple[float, float],
+    tan_delta: Any,
+    wheel_speed: Any,
+    load: Any,
+    tyre: TyreParameters,
+    model: Tyre,
+    parameters: VehicleParameters,
+    as_printed: AsPrinted,
+) -> WheelForces:
+    """Force of a tyre at `position` (forward, left) from the centre of gravity [m], steered by delta."""
+    forward, left = position
+    cos = 1.0 / ca.sqrt(1.0 + tan_delta**2)
+    sin = tan_delta * cos
+    if as_printed.slip_at_center:
+        sigma, tan_alpha = _slip_at_center(x, forward, tan_delta, wheel_speed, parameters, as_printed)
+    else:
+        v_forward, v_left = x.v_x - left * x.omega, x.v_y + forward * x.omega
+        v_lon, v_lat = v_forward * cos + v_left * sin, v_left * cos - v_forward * sin
+        sigma, tan_alpha = slip(v_lon, v_lat, wheel_speed, parameters.r)
+        if as_printed.signed_slip:
+            sigma, tan_alpha = (parameters.r * wheel_speed - v_lon) / v_lon, -v_lat / v_lon
+    F_x, F_y = model.force(tyre, sigma, tan_alpha, load)
+    return WheelForces(F_x, F_y, F_x * cos - F_y * sin, F_x * sin + F_y * cos)
+
+
+def _slip_at_center(
+    x: Any, forward: float, tan_delta: Any, wheel_speed: Any, parameters: VehicleParameters, as_printed: AsPrinted
+) -> tuple[Any, Any]:
+    """Equations (slip-angle) and (slip-ratio), with `alpha = delta - atan(q)` as its tangent."""
+    sigma, minus_q = slip(x.v_x, x.v_y + forward * x.omega, wheel_speed, parameters.r)
+    if as_printed.signed_slip:
+        sigma = (parameters.r * wheel_speed - x.v_x) / x.v_x
+        minus_q = -(x.v_y + forward * x.omega) / x.v_x
+    return sigma, (tan_delta + minus_q) / (1.0 - tan_delta * minus_q)
+
+
+def planar_motion(
+    x: Any, p: Any, X: Any, Y: Any, moment: Any, parameters: VehicleParameters, as_printed: AsPrinted
+) -> dict[str, Any]:
+    """Derivatives of the body's states under tyre forces X, Y [N] and their moment [N m], wind drag added."""
+    drag_x, drag_y = _drag(x, p, parameters, as_printed)
+    across = -x.v_y if as_printed.lateral_kinematics else x.v_y
+    return {
+        "p_x": x.v_x * ca.cos(x.psi) - x.v_y * ca.sin(x.psi),
+        "p_y": x.v_x * ca.sin(x.psi) + across * ca.cos(x.psi),
+        "psi": x.omega,
+        "v_x": x.omega * x.v_y + (X + drag_x) / parameters.m,
+        "v_y": -x.omega * x.v_x + (Y + drag_y) / parameters.m,
+        "omega": moment / parameters.I,
+    }
+
+
+def _drag(x: Any, p: Any, parameters: VehicleParameters, as_printed: AsPrinted) -> tuple[Any, Any]:
+    wind_x = p.wind_speed * ca.cos(p.wind_direction - x.psi)
+    wind_y = p.wind_speed * ca.sin(p.wind_direction - x.psi)
+    if as_printed.drag:
+        return -parameters.b_lon * (x.v_x + wind_x) ** 2, -parameters.b_lat * (x.v_y + wind_y) ** 2
+    flow_x, flow_y = x.v_x - wind_x, x.v_y - wind_y
+    return -parameters.b_lon * flow_x * ca.fabs(flow_x), -parameters.b_lat * flow_y * ca.fabs(flow_y)

@@ -1,0 +1,223 @@
+"""The failure policy, level by level: what is applied, and what the status says."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from problems import car, pendulum
+
+import rumo
+from rumo import Status
+from rumo.controllers import rti as rti_module
+from rumo.controllers.nlp import NlpOptions
+from rumo.controllers.qp import QpOptions
+
+CONTROLLERS = [rumo.RealTimeIteration, rumo.DirectNlp, rumo.LinearTimeVarying]
+REFERENCE = {"angle": 0.5, "rate": 0.0}
+GOOD = [0.1, 0.0]
+
+
+@pytest.mark.parametrize("bad", [[np.nan, 0.0], [0.1, np.inf], [-np.inf, np.nan]])
+@pytest.mark.parametrize("make", CONTROLLERS)
+def test_bad_measurement_follows_the_shifted_plan_and_recovers(make, bad):
+    controller = make(pendulum())
+    good = controller.step(GOOD, REFERENCE)
+    assert good.status is Status.OPTIMAL
+    for samples_later in (1, 2, 3):
+        plan = controller.step(bad, REFERENCE)
+        assert plan.status is Status.BAD_MEASUREMENT
+        # delay 1: the command of the sample itself is good.u[1]
+        np.testing.assert_array_equal(plan.command.values, good.u.values[1 + samples_later])
+    assert controller.status_counts == {Status.OPTIMAL: 1, Status.BAD_MEASUREMENT: 3}
+    assert controller.step(GOOD, REFERENCE).status is Status.OPTIMAL
+
+
+@pytest.mark.parametrize("make", CONTROLLERS)
+def test_recovery_is_complete(make):
+    # After bad samples the next plan equals that of a controller which never saw them.
+    troubled, fresh = make(pendulum()), make(pendulum())
+    troubled.step(GOOD, REFERENCE)
+    for _ in range(4):
+        troubled.step([np.nan, np.nan], REFERENCE)
+    fresh.reset(applied=troubled.applied)
+    ours, expected = troubled.step([0.3, 0.1], REFERENCE), fresh.step([0.3, 0.1], REFERENCE)
+    np.testing.assert_allclose(ours.u.values, expected.u.values, atol=1e-6)
+
+
+@pytest.mark.parametrize("make", CONTROLLERS)
+def test_exhausted_plan_goes_to_the_safe_input_within_move_bounds(make):
+    problem = pendulum(horizon=4, safe_input={"torque": -1.0}, move_bounds={"torque": (-0.25, 0.25)})
+    controller = make(problem)
+    controller.reset(applied=[0.5])
+    assert controller.step(GOOD, REFERENCE).status is Status.OPTIMAL
+    statuses, commands = [], [controller.applied[-1, 0]]
+    for _ in range(12):
+        plan = controller.step([np.nan, 0.0], REFERENCE)
+        statuses.append(plan.status)
+        commands.append(plan.command["torque"])
+    # Horizon 4 with delay 1 chose inputs 1, 2, 3; the first was used at once.
+    assert statuses == [Status.BAD_MEASUREMENT] * 2 + [Status.PLAN_EXHAUSTED] * 10
+    assert np.abs(np.diff(commands)).max() <= 0.25 + 1e-12
+    assert commands[-1] == -1.0
+    assert controller.step(GOOD, REFERENCE).status is Status.OPTIMAL
+
+
+@pytest.mark.parametrize("make", CONTROLLERS)
+def test_nothing_known_yet_means_the_safe_input(make):
+    controller = make(pendulum(safe_input={"torque": 0.3}))
+    plan = controller.step([np.nan, 0.0], REFERENCE)
+    assert plan.status is Status.PLAN_EXHAUSTED
+    assert plan.command["torque"] == 0.3
+    assert np.isnan(plan.x.values).all()
+    assert np.isnan(plan.slacks.values).all()
+
+
+@pytest.mark.parametrize("make", CONTROLLERS)
+def test_bad_reference_is_a_status(make):
+    controller = make(pendulum())
+    good = controller.step(GOOD, REFERENCE)
+    plan = controller.step(GOOD, {"angle": np.nan, "rate": 0.0})
+    assert plan.status is Status.BAD_REFERENCE
+    np.testing.assert_array_equal(plan.command.values, good.u.values[2])
+
+
+@pytest.mark.parametrize("make", CONTROLLERS)
+def test_infeasible_hard_constraints_apply_the_shifted_plan(make):
+    problem = pendulum(bounds={"torque": (-2.0, 2.0), "angle": (-1.0, 1.0)})
+    controller = make(problem)
+    good = controller.step(GOOD, REFERENCE)
+    plan = controller.step([5.0, 0.0], REFERENCE)  # no torque within bounds brings the angle below 1 rad at once
+    assert plan.status is Status.SOLVER_FAILED
+    np.testing.assert_array_equal(plan.command.values, good.u.values[2])
+    assert controller.step(GOOD, REFERENCE).status is Status.OPTIMAL
+
+
+@pytest.mark.parametrize("make", CONTROLLERS)
+@pytest.mark.parametrize("delay", [1, 2, 3])
+def test_a_constraint_that_no_free_input_can_influence_is_reported_not_imposed(make, delay):
+    problem = pendulum(delay=delay, bounds={"torque": (-2.0, 2.0), "rate": (-1.0, 1.0)}, parameters={"gravity": 0.0})
+    controller = make(problem)
+    x = [0.0, 1.05]  # above the bound until the first free input acts, which can take it below in one sample
+    controller.reset(applied=np.zeros((delay, 1)))
+    plan = controller.step(x, REFERENCE)
+    assert plan.status is Status.OPTIMAL
+    assert plan.slacks["rate_upper"][0] > 0.0
+    assert np.all(plan.slacks.values[delay:] < 1e-6)
+
+
+def test_a_constraint_on_a_state_that_inputs_never_reach_is_left_out():
+    model = rumo.Model(
+        states={"driven": "1", "alone": "1"},
+        inputs={"push": "1"},
+        dynamics=lambda x, u, p: {"driven": u.push - x.driven, "alone": -x.alone},
+    )
+    problem = rumo.Problem(
+        model,
+        horizon=5,
+        sampling_time=0.1,
+        track={"driven": rumo.Weight(1.0)},
+        moves={"push": rumo.Weight(0.1)},
+        bounds={"alone": (-1.0, 1.0)},
+    )
+    for make in CONTROLLERS:
+        plan = make(problem).step([0.0, 3.0], {"driven": 1.0, "alone": 0.0})
+        assert plan.status is Status.OPTIMAL
+        assert plan.slacks["alone_upper"][0] == pytest.approx(3.0 / 1.1 - 1.0)
+
+
+def test_a_constraint_without_numerical_influence_is_left_out():
+    # Structurally the input reaches the constraint, but with a factor that is zero here.
+    model = rumo.Model(
+        states={"a": "1", "b": "1"},
+        inputs={"push": "1"},
+        dynamics=lambda x, u, p: {"a": u.push - x.a, "b": p.gain * x.a - x.b},
+        parameters={"gain": rumo.Parameter("1", 0.0)},
+    )
+    problem = rumo.Problem(
+        model,
+        horizon=5,
+        sampling_time=0.1,
+        track={"a": rumo.Weight(1.0)},
+        moves={"push": rumo.Weight(0.1)},
+        bounds={"b": (-1.0, 1.0)},
+    )
+    plan = rumo.RealTimeIteration(problem).step([0.0, 3.0], {"a": 1.0})
+    assert plan.status is not Status.SOLVER_FAILED
+    assert plan.command["push"] > 0.1
+
+
+def test_a_failed_qp_is_never_applied(monkeypatch):
+    controller = rumo.RealTimeIteration(pendulum())
+    good = controller.step(GOOD, REFERENCE)
+    garbage = np.full(11, 1e6)
+    monkeypatch.setattr(rti_module, "solve", lambda program, options: (garbage, Status.SOLVER_FAILED))
+    plan = controller.step(GOOD, REFERENCE)
+    assert plan.status is Status.SOLVER_FAILED
+    np.testing.assert_array_equal(plan.command.values, good.u.values[2])
+    monkeypatch.undo()
+    assert controller.step(GOOD, REFERENCE).status is Status.OPTIMAL
+
+
+def test_an_empty_qp_budget_is_a_status():
+    controller = rumo.RealTimeIteration(pendulum())
+    good = controller.step(GOOD, REFERENCE)
+    controller.qp = QpOptions(max_iterations=1)
+    plan = controller.step(GOOD, REFERENCE)
+    assert plan.status is Status.BUDGET_EXCEEDED
+    np.testing.assert_array_equal(plan.command.values, good.u.values[2])
+
+
+def test_nlp_out_of_budget_uses_an_iterate_only_if_it_satisfies_the_dynamics():
+    problem, x, reference = car()
+    seen = []
+    for iterations in range(0, 60, 3):
+        controller = rumo.DirectNlp(problem, options=NlpOptions(max_iterations=iterations))
+        plan = controller.step(x, reference)
+        seen.append(plan.status)
+        if plan.status is Status.BUDGET_EXCEEDED:
+            # One Newton step onto the dynamics hardly moves the states that it promised.
+            stages = controller.transcription.linearize(plan.x.values, plan.u.values)
+            step = np.linalg.solve(np.eye(9) - stages.A1, stages.defect[:, :, None])
+            assert np.abs(step).max() < 0.2
+    assert seen[0] is Status.PLAN_EXHAUSTED  # no iterate yet, and no earlier plan
+    assert seen[-1] is Status.OPTIMAL
+    assert Status.BUDGET_EXCEEDED in seen
+
+
+def test_a_guess_where_the_model_has_no_value_is_repaired():
+    model = rumo.Model(
+        states={"level": "m"},
+        inputs={"flow": "m^3/s"},
+        # Undefined for negative levels, where a shifted, extrapolated guess may well be.
+        dynamics=lambda x, u, p: {"level": u.flow - ca.sqrt(x.level)},
+    )
+    problem = rumo.Problem(
+        model,
+        horizon=10,
+        sampling_time=0.5,
+        track={"level": rumo.Weight(1.0)},
+        moves={"flow": rumo.Weight(0.01)},
+        bounds={"flow": (0.0, 2.0)},
+    )
+    controller = rumo.RealTimeIteration(problem)
+    statuses = [controller.step([level], {"level": 0.02}).status for level in (1.0, 0.4, 0.1, 0.02, 1.0, 1.0)]
+    assert statuses[-1] is Status.OPTIMAL
+    # Started at a negative level there is nothing to linearise; at the next good sample there is again.
+    controller.reset()
+    assert not controller.step([-1.0], {"level": 1.0}).status.solved
+    assert controller.step([1.0], {"level": 1.0}).status is Status.OPTIMAL
+
+
+def test_exact_penalty_holds_a_soft_constraint_when_it_can():
+    hard = pendulum(bounds={"torque": (-2.0, 2.0), "rate": (-0.3, 0.3)})
+    soft = pendulum(bounds={"torque": (-2.0, 2.0), "rate": rumo.Bounds(-0.3, 0.3, rumo.Penalty(100.0))})
+    plans = [rumo.RealTimeIteration(problem).step([0.0, 0.0], {"angle": 1.0}) for problem in (hard, soft)]
+    assert [plan.status for plan in plans] == [Status.OPTIMAL, Status.OPTIMAL]
+    assert plans[0].x["rate"].max() == pytest.approx(0.3)
+    np.testing.assert_allclose(plans[1].u.values, plans[0].u.values, atol=1e-7)
+
+
+def test_soft_constraint_out_of_reach_is_violated_and_says_where():
+    soft = pendulum(bounds={"torque": (-2.0, 2.0), "rate": rumo.Bounds(-0.3, 0.3, rumo.Penalty(100.0))})
+    plan = rumo.RealTimeIteration(soft).step([0.0, 2.0], {"angle": 0.0})
+    assert plan.status is Status.SOFT_VIOLATED
+    np.testing.assert_allclose(plan.slacks["rate_upper"], np.maximum(plan.x["rate"][1:] - 0.3, 0.0), atol=1e-7)

@@ -1,0 +1,270 @@
+"""Wrong use raises at once; the message names argument, value, expectation and cure."""
+
+import re
+
+import casadi as ca
+import numpy as np
+import pytest
+from problems import pendulum
+
+import rumo
+from rumo.registry import CONTROLLERS
+from rumo.simulation import Sensors
+
+W = rumo.Weight
+
+
+def model(**changes):
+    settings = {
+        "states": {"angle": "rad", "rate": "rad/s"},
+        "inputs": {"torque": "N m"},
+        "dynamics": lambda x, u, p: {"angle": x.rate, "rate": u.torque},
+    }
+    return rumo.Model(**(settings | changes))
+
+
+MODEL_MISTAKES = {
+    "states must be a mapping": (
+        {"states": ["angle", "rate"]},
+        "states: got ['angle', 'rate'], expected a mapping from name to unit",
+    ),
+    "no states": ({"states": {}}, "states: got no state, expected at least one."),
+    "no inputs": ({"inputs": {}}, "inputs: got no input, expected at least one."),
+    "bad name": (
+        {"inputs": {"motor torque": "N m"}},
+        "inputs: got the name 'motor torque', expected a Python identifier",
+    ),
+    "unit is no text": ({"inputs": {"torque": 1}}, "inputs['torque']: got 1, expected a unit as text."),
+    "name used twice": (
+        {"inputs": {"rate": "N m"}, "dynamics": lambda x, u, p: {}},
+        "inputs: got the name 'rate', also among the states, expected names used once. Rename one.",
+    ),
+    "missing derivative": (
+        {"dynamics": lambda x, u, p: {"angle": x.rate}},
+        "dynamics: got no derivative of rate, expected one for each state.",
+    ),
+    "unknown derivative": (
+        {"dynamics": lambda x, u, p: {"angle": x.rate, "rat": u.torque}},
+        "dynamics: got 'rat', expected one of angle, rate. Did you mean 'rate'?",
+    ),
+    "not a mapping": ({"dynamics": lambda x, u, p: [x.rate, u.torque]}, "dynamics: got list, expected a mapping"),
+    "vector expression": (
+        {"dynamics": lambda x, u, p: {"angle": ca.vertcat(x.rate, x.rate), "rate": u.torque}},
+        "dynamics['angle']: got an expression of shape (2, 1), expected a scalar expression.",
+    ),
+    "foreign symbol": (
+        {"dynamics": lambda x, u, p: {"angle": x.rate, "rate": ca.SX.sym("gravity")}},
+        "dynamics['rate']: got the foreign symbol 'gravity', expected an expression of the states, inputs and "
+        "parameters. Declare it as a parameter of the model.",
+    ),
+    "not an expression": (
+        {"dynamics": lambda x, u, p: {"angle": x.rate, "rate": "torque"}},
+        "dynamics['rate']: got 'torque', expected a CasADi SX expression or a number.",
+    ),
+    "NaN parameter": (
+        {"parameters": {"mass": rumo.Parameter("kg", np.nan)}},
+        "parameters['mass']: got nan, expected a finite number.",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", MODEL_MISTAKES)
+def test_model(case):
+    changes, message = MODEL_MISTAKES[case]
+    with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
+        model(**changes)
+
+
+def test_unknown_signal_in_dynamics_is_an_attribute_error_with_a_hint():
+    with pytest.raises(AttributeError, match=r"'rat', expected one of angle, rate\. Did you mean 'rate'\?"):
+        model(dynamics=lambda x, u, p: {"angle": x.rat, "rate": u.torque})
+
+
+PROBLEM_MISTAKES = {
+    "horizon zero": ({"horizon": 0}, "horizon: got 0, expected a whole number of at least 1."),
+    "horizon not whole": ({"horizon": 2.5}, "horizon: got 2.5, expected a whole number"),
+    "negative sampling time": ({"sampling_time": -0.1}, "sampling_time: got -0.1, expected a positive finite number."),
+    "NaN sampling time": ({"sampling_time": np.nan}, "sampling_time: got nan, expected a positive finite number."),
+    "delay too long": ({"delay": 12}, "delay: got 12, expected less than the horizon of 12."),
+    "negative delay": ({"delay": -1}, "delay: got -1, expected a whole number of at least 0."),
+    "nothing tracked": ({"track": {}}, "track: got nothing, expected at least one state or output to track."),
+    "unknown tracked signal": (
+        {"track": {"angel": W(1.0)}},
+        "track: got 'angel', expected one of angle, rate. Did you mean 'angle'?",
+    ),
+    "weight is a number": (
+        {"track": {"angle": 1.0}},
+        "track['angle']: got 1.0, expected a rumo.Weight. Write rumo.Weight(1.0, range=...).",
+    ),
+    "weight of the wrong length": (
+        {"track": {"angle": W([1.0, 2.0])}},
+        "track['angle']: got 2 weights, expected one weight, or 12: one for each stage of the horizon.",
+    ),
+    "negative weight": ({"track": {"angle": W(-1.0)}}, "track['angle']: got weight -1.0, expected non-negative"),
+    "NaN weight": ({"track": {"angle": W(np.nan)}}, "track['angle']: got weight nan, expected non-negative finite"),
+    "zero range": (
+        {"track": {"angle": W(1.0, range=0.0)}},
+        "track['angle'].range: got 0.0, expected a positive finite",
+    ),
+    "no weight for an input": ({"moves": {}}, "moves: got no weight for 'torque', expected a positive weight"),
+    "zero move weight": ({"moves": {"torque": W(0.0)}}, "moves['torque']: got weight 0.0, expected positive finite"),
+    "unknown move": ({"moves": {"force": W(1.0)}}, "moves: got 'force', expected one of torque."),
+    "crossed bounds": (
+        {"bounds": {"torque": (2.0, -2.0)}},
+        "bounds['torque']: got (2, -2), expected lower <= upper. Exchange the two bounds.",
+    ),
+    "NaN bound": ({"bounds": {"torque": (np.nan, 2.0)}}, "bounds['torque']: got (nan, 2.0), expected numbers."),
+    "empty bound": ({"bounds": {"rate": (np.inf, np.inf)}}, "bounds['rate']: got (inf, inf), expected an interval"),
+    "bound is no pair": ({"bounds": {"torque": 2.0}}, "bounds['torque']: got 2.0, expected a pair (lower, upper)."),
+    "unknown bound": ({"bounds": {"speed": (0.0, 1.0)}}, "bounds: got 'speed', expected one of torque."),
+    "soft input bound": (
+        {"bounds": {"torque": rumo.Bounds(-1.0, 1.0, rumo.Penalty(1.0))}},
+        "bounds['torque']: got a penalty on an input, expected hard bounds for inputs.",
+    ),
+    "moves that forbid rest": (
+        {"move_bounds": {"torque": (0.1, 0.5)}},
+        "move_bounds['torque']: got (0.1, 0.5), expected an interval that contains 0.",
+    ),
+    "bare function as constraint": (
+        {"constraints": {"limit": lambda x, u, p: x.angle}},
+        "expected a rumo.Constraint",
+    ),
+    "vector constraint": (
+        {"constraints": {"limit": rumo.Constraint(lambda x, u, p: ca.vertcat(x.angle, x.rate))}},
+        "constraints['limit']: got an expression of shape (2, 1), expected a scalar expression.",
+    ),
+    "penalty of zero": (
+        {"constraints": {"limit": rumo.Constraint(lambda x, u, p: x.angle, rumo.Penalty(0.0))}},
+        "constraints['limit'].penalty: got l1=0, l2=0, expected l1 > 0 and l2 >= 0, both finite.",
+    ),
+    "constraint named like a bound": (
+        {
+            "constraints": {"rate_upper": rumo.Constraint(lambda x, u, p: x.rate)},
+            "bounds": {"rate": (-1.0, 1.0)},
+        },
+        "constraints['rate_upper']: got a name that a state bound uses, expected another name.",
+    ),
+    "unsafe safe input": (
+        {"safe_input": {"torque": 5.0}},
+        "safe_input['torque']: got 5, expected a value within the bounds (-2, 2).",
+    ),
+    "NaN safe input": ({"safe_input": {"torque": np.nan}}, "safe_input['torque']: got nan, expected a finite number."),
+    "unknown parameter": ({"parameters": {"mass": 1.0}}, "parameters: got 'mass', expected one of gravity."),
+    "NaN parameter": ({"parameters": {"gravity": np.nan}}, "parameters['gravity']: got nan, expected a finite number."),
+}
+
+
+@pytest.mark.parametrize("case", PROBLEM_MISTAKES)
+def test_problem(case):
+    changes, message = PROBLEM_MISTAKES[case]
+    with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
+        pendulum(**changes)
+
+
+STEP_MISTAKES = {
+    "short state": (([0.1], {"angle": 0.0}), "x: got shape (1,), expected shape (2,). One value each for angle, rate."),
+    "matrix state": ((np.zeros((2, 1)), {"angle": 0.0}), "x: got shape (2, 1), expected shape (2,)."),
+    "text state": ((["a", "b"], {"angle": 0.0}), "x: got ['a', 'b'], expected 2 numbers."),
+    "unknown state": (
+        ({"angle": 0.0, "speed": 1.0}, {"angle": 0.0}),
+        "x: got no value for rate, expected all of angle",
+    ),
+    "extra state": (
+        ({"angle": 0.0, "rate": 0.0, "speed": 1.0}, {"angle": 0.0}),
+        "x: got 'speed', expected one of angle, rate.",
+    ),
+    "missing reference": (([0.0, 0.0], {}), "reference: got no values for 'angle', expected values for every tracked"),
+    "unknown reference": (([0.0, 0.0], {"angle": 0.0, "rte": 0.0}), "reference: got 'rte', expected one of angle,"),
+    "short reference": (
+        ([0.0, 0.0], {"angle": np.zeros(12)}),
+        "reference['angle']: got shape (12,), expected one number or 13, from now to t + N.",
+    ),
+    "reference array": (
+        ([0.0, 0.0], np.zeros((12, 1))),
+        "reference: got shape (12, 1), expected (13, 1): N + 1 by tracked outputs.",
+    ),
+    "text reference": (([0.0, 0.0], {"angle": "up"}), "reference['angle']: got 'up', expected numbers."),
+}
+
+
+@pytest.mark.parametrize("case", STEP_MISTAKES)
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_step(name, case):
+    arguments, message = STEP_MISTAKES[case]
+    controller = CONTROLLERS[name](pendulum())
+    with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
+        controller.step(*arguments)
+    # Nothing is lost: the next proper call works.
+    assert controller.step([0.0, 0.0], {"angle": 0.0, "rate": 0.0}).status.solved
+
+
+def test_feedback_without_preparation():
+    controller = rumo.RealTimeIteration(pendulum())
+    with pytest.raises(rumo.CallOrderError, match="call prepare"):
+        controller.feedback([0.0, 0.0], {"angle": 0.0})
+    controller.prepare()
+    controller.feedback([0.0, 0.0], {"angle": 0.0})
+    with pytest.raises(rumo.CallOrderError, match="call prepare"):
+        controller.feedback([0.0, 0.0], {"angle": 0.0})
+
+
+def test_applied_inputs():
+    controller = rumo.RealTimeIteration(pendulum(delay=2))
+    with pytest.raises(rumo.ShapeError, match=re.escape("applied: got shape (3, 1), expected shape (2, 1) or (1,).")):
+        controller.applied = np.zeros((3, 1))
+    with pytest.raises(rumo.ArgumentError, match=re.escape("applied: got [[nan], [0.0]], expected finite inputs.")):
+        controller.reset(applied=[[np.nan], [0.0]])
+
+
+def test_reset_to_a_state_that_is_not_finite():
+    with pytest.raises(rumo.ArgumentError, match=re.escape("x['rate']: got inf, expected a finite number.")):
+        rumo.RealTimeIteration(pendulum()).reset(x=[0.0, np.inf])
+
+
+def test_ltv_needs_every_state():
+    controller = rumo.LinearTimeVarying(pendulum())
+    with pytest.raises(
+        rumo.ArgumentError, match=r"reference: got no values for rate, .* linearises along the reference"
+    ):
+        controller.step([0.0, 0.0], {"angle": 0.0})
+
+
+def test_sqp_iterations():
+    with pytest.raises(rumo.ArgumentError, match="sqp_iterations: got 0, expected a whole number of at least 1"):
+        rumo.RealTimeIteration(pendulum(), sqp_iterations=0)
+
+
+SIMULATION_MISTAKES = {
+    "short initial state": ({"x": [0.0]}, "x: got shape (1,), expected shape (2,)."),
+    "NaN initial state": ({"x": [0.0, np.nan]}, "x['rate']: got nan, expected a finite number."),
+    "no time": ({"duration": 0.0}, "duration: got 0.0, expected at least one sampling time of 0.05 s."),
+    "NaN time": ({"duration": np.nan}, "duration: got nan, expected at least one sampling time"),
+    "unknown noise": (
+        {"sensors": Sensors({"angel": 0.1})},
+        "noise: got 'angel', expected one of angle, rate. Did you mean 'angle'?",
+    ),
+    "negative noise": (
+        {"sensors": Sensors({"angle": -0.1})},
+        "noise['angle']: got -0.1, expected a standard deviation",
+    ),
+    "unknown disturbance": ({"disturbances": {"wind": None}}, "disturbances: got 'wind', expected one of gravity."),
+}
+
+
+@pytest.mark.parametrize("case", SIMULATION_MISTAKES)
+def test_simulate(case):
+    changes, message = SIMULATION_MISTAKES[case]
+    controller = rumo.RealTimeIteration(pendulum())
+    settings = {"plant": controller.problem.model, "x": [0.0, 0.0], "reference": {"angle": 0.0}, "duration": 1.0}
+    with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
+        rumo.simulate(controller, **(settings | changes))
+
+
+def test_every_error_is_a_rumo_error():
+    for error in (rumo.ArgumentError, rumo.ShapeError, rumo.UnknownNameError, rumo.CallOrderError, rumo.PlantError):
+        assert issubclass(error, rumo.RumoError)
+
+
+def test_a_model_cannot_be_read_by_an_unknown_name():
+    with pytest.raises(rumo.UnknownNameError, match="expected one of angle, rate"):
+        model().unit("torqe")
