@@ -97,6 +97,7 @@ class Transcription:
         packed = ca.densify(ca.vertcat(*(ca.vec(ca.densify(term)) for term in terms.values())))
         stage = ca.Function("stage", [z, x, u, p], [packed])
         self._stages = stage.map(problem.horizon)
+        self._step = ca.Function("step", [z, x, u, p], [phi, terms["A0"], terms["A1"]])
         self.imposed = self._influenced(terms)
 
     def linearize(self, x: Array, u: Array) -> Stages:
@@ -120,6 +121,11 @@ class Transcription:
             arrays[name] = block.reshape(len(packed), *shape[::-1]).transpose(0, *range(len(shape), 0, -1))
             start += size
         return Stages(**arrays)
+
+    def step(self, z: Array, x: Array, u: Array) -> tuple[Array, Array, Array]:
+        """Residual (nx,) of a single step from x to z with input u, and its derivatives A0, A1 (nx, nx)."""
+        phi, A0, A1 = self._step(z, x, u, self.problem.parameters)
+        return phi.full().ravel(), A0.full(), A1.full()
 
     def _influenced(self, terms: dict[str, Any]) -> Any:
         """Propagate by sparsity patterns which states depend on a free input, stage by stage."""

@@ -160,6 +160,11 @@ class Controller(ABC):
         self.status_counts[plan.status] += 1
         return replace(plan, timings=Timings(self._prepare_time, perf_counter() - start))
 
+    @property
+    def _reference_signals(self) -> tuple[str, ...]:
+        """Signals whose reference this controller looks at."""
+        return self.problem.outputs.names
+
     @abstractmethod
     def _prepare(self, guess: Trajectory) -> bool:
         """Prepare at the guess; False if the model gives no usable numbers there."""
@@ -252,7 +257,8 @@ class Controller(ABC):
                 raise ShapeError(
                     f"reference[{name!r}]", f"shape {array.shape}", f"one number or {length}, from now to t + N"
                 )
-            window[name] = np.broadcast_to(array, (length,))
+            if name in self._reference_signals:
+                window[name] = np.broadcast_to(array, (length,))
         return window
 
     def __repr__(self) -> str:

@@ -29,6 +29,11 @@ class LinearTimeVarying(RealTimeIteration):
 
     name = "ltv"
 
+    @property
+    def _reference_signals(self) -> tuple[str, ...]:
+        model = self.problem.model
+        return (*self.problem.outputs, *model.states, *model.inputs)
+
     def _prepare(self, guess: Trajectory) -> bool:
         """Nothing: the reference to linearise about comes with the measurement."""
         return True

@@ -31,12 +31,6 @@ class RealTimeIteration(Controller):
         With more than one iteration, stop when no state or input changes by more than this, relatively.
     qp : QpOptions, optional
         Limits and accuracy of the QP solver.
-
-    Examples
-    --------
-    >>> controller = RealTimeIteration(problem)                 # doctest: +SKIP
-    >>> controller.prepare()                                    # doctest: +SKIP
-    >>> plan = controller.feedback(x=[0.1, 0.0], reference={"angle": 3.14})  # doctest: +SKIP
     """
 
     name = "rti"

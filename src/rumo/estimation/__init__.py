@@ -2,5 +2,6 @@
 
 from rumo.estimation.base import Estimator, RunningEstimator
 from rumo.estimation.butterworth import Butterworth
+from rumo.estimation.ekf import ExtendedKalman
 
-__all__ = ["Butterworth", "Estimator", "RunningEstimator"]
+__all__ = ["Butterworth", "Estimator", "ExtendedKalman", "RunningEstimator"]

@@ -20,8 +20,10 @@ p.lead { margin-top: .25rem; color: #57606a; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
 th, td { text-align: right; padding: .35rem .7rem; border-bottom: 1px solid #d8dee4; }
 th:first-child, td:first-child { text-align: left; }
-.scroll { overflow-x: auto; } .figure { margin: 1rem 0 2rem; }
+.scroll { overflow-x: auto; }
 """
+
+CONFIG = {"displaylogo": False, "modeBarButtonsToRemove": ["select2d", "lasso2d"]}
 
 
 def write_page(path: Path, title: str, lead: str, summary: dict[str, Any], charts: Sequence[Chart]) -> Path:
@@ -41,7 +43,7 @@ def write_page(path: Path, title: str, lead: str, summary: dict[str, Any], chart
     from plotly.offline import get_plotlyjs
 
     figures = "\n".join(
-        f'<div class="figure">{plot(chart).to_html(full_html=False, include_plotlyjs=False, div_id=chart.key)}</div>'
+        plot(chart).to_html(full_html=False, include_plotlyjs=False, div_id=chart.key, config=CONFIG)
         for chart in charts
     )
     html = f"""<!doctype html>
@@ -94,7 +96,7 @@ def plot(chart: Chart) -> Any:
             name=words,
             line={"color": "#000000", "dash": "dash", "width": 1.5},
         )
-        figure.update_xaxes(type="log")
+        figure.update_xaxes(type="log", tickvals=[m * 10.0**e for e in range(-4, 5) for m in (1, 2, 5)])
     figure.update_layout(
         title=chart.title,
         xaxis_title=chart.x_label,

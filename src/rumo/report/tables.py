@@ -21,7 +21,7 @@ def number(value: float | str | None) -> str:
     """A figure for readers: three significant digits, a dash for none."""
     if value is None:
         return "-"
-    return value if isinstance(value, str) else f"{value:.3g}"
+    return str(value) if isinstance(value, str | int) else f"{value:#.3g}".rstrip(".")
 
 
 def controllers_table(controllers: Mapping[str, Any]) -> Table:

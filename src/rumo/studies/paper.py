@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rumo.errors import ArgumentError, UnknownNameError
-from rumo.estimation import Butterworth, Estimator
+from rumo.estimation import Butterworth, Estimator, ExtendedKalman
 from rumo.problem import Penalty, Problem, Weight
 from rumo.references import SinePath
 from rumo.registry import CONTROLLERS
@@ -41,6 +41,15 @@ NOISE = {
     "delta": 0.01,
 }
 """The paper's table of measurement noise: standard deviations in the states' units."""
+
+
+def kalman_filter() -> ExtendedKalman:
+    """An extended Kalman filter for the study, in place of the Butterworth filter: noise as in the paper's table."""
+    axle = {"w_f": NOISE["w_fl"] / np.sqrt(2.0), "w_r": NOISE["w_rl"] / np.sqrt(2.0)}
+    body = {name: NOISE[name] for name in (*BODY_STATES, "delta")}
+    process = {"p_x": 0.006, "p_y": 0.006, "psi": 0.003, "v_x": 0.06, "v_y": 0.06, "omega": 0.06, "delta": 0.003}
+    return ExtendedKalman(noise=body | axle, process=process | {"w_f": 0.1, "w_r": 0.1})
+
 
 Progress = Callable[[str, int, int], None]
 """Called with (controller, samples done, all samples)."""
