@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
@@ -155,10 +155,10 @@ class Controller(ABC):
         window = self._window(reference)
         with np.errstate(all="ignore"):
             candidate, status = self._attempt(measurement, window)
-        plan = self._follow(measurement, candidate, status)
+        plan = self._follow(candidate, status, start)
         self._prepared = False
         self.status_counts[plan.status] += 1
-        return replace(plan, timings=Timings(self._prepare_time, perf_counter() - start))
+        return plan
 
     @property
     def _reference_signals(self) -> tuple[str, ...]:
@@ -190,7 +190,7 @@ class Controller(ABC):
             return candidate, candidate.status
         return None, Status.SOLVER_FAILED if candidate.status.solved else candidate.status
 
-    def _follow(self, x: Array, candidate: Candidate | None, status: Status) -> Plan:
+    def _follow(self, candidate: Candidate | None, status: Status, start: float) -> Plan:
         """Apply the failure policy: the candidate, else the shifted plan, else the safe input."""
         problem = self.problem
         N, d = problem.horizon, problem.delay
@@ -211,8 +211,9 @@ class Controller(ABC):
         self._applied = np.vstack([self._applied[1:], command])
         # The next guess is this plan one sample later; without a plan, the next measurement gives it.
         self._previous = None if status is Status.PLAN_EXHAUSTED else Trajectory(u, states).shifted()
-        # A guess from which the solver failed is not kept: the next measurement gives a new one.
-        self._guess = None if status in (Status.SOLVER_FAILED, Status.BUDGET_EXCEEDED) else self._previous
+        # A guess from which the solver came to nothing is not kept: the next measurement gives a new one.
+        fruitless = candidate is None and status in (Status.SOLVER_FAILED, Status.BUDGET_EXCEEDED)
+        self._guess = None if fruitless else self._previous
         model = problem.model
         return Plan(
             command=NamedArray(model.inputs, command.copy()),
@@ -220,7 +221,7 @@ class Controller(ABC):
             x=NamedArray(model.states, states),
             slacks=NamedArray(problem.constraint_names, slacks),
             status=status,
-            timings=Timings(self._prepare_time, 0.0),
+            timings=Timings(self._prepare_time, perf_counter() - start),
         )
 
     def _start_guess(self, x: Array) -> Trajectory:

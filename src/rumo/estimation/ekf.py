@@ -72,15 +72,15 @@ class RunningExtendedKalman:
 
     def _predict(self, x: Array, u: Array) -> tuple[Array, Array]:
         """One step of the discretised model by Newton's method, and its covariance."""
-        z, A = x, np.eye(len(x))
+        z, transition = x, np.eye(len(x))
         for _ in range(NEWTON_ITERATIONS):
             phi, A0, A1 = self._transcription.step(z, x, u)
             solved = np.linalg.solve(np.eye(len(x)) - A1, np.column_stack([A0, phi]))
-            A, correction = solved[:, :-1], solved[:, -1]
+            transition, correction = solved[:, :-1], solved[:, -1]
             z = z + correction
             if np.abs(correction).max() < NEWTON_TOLERANCE * (1.0 + np.abs(z).max()):
                 break
-        return z, A @ self._covariance @ A.T + np.diag(self._process)
+        return z, transition @ self._covariance @ transition.T + np.diag(self._process)
 
     def _update(self, x: Array, covariance: Array, measurement: Array, known: np.ndarray) -> tuple[Array, Array]:
         """Joseph's form, which keeps the covariance symmetric and positive."""
