@@ -8,8 +8,9 @@ from rumo.discretization import ImplicitEuler
 from rumo.errors import ArgumentError, CallOrderError, PlantError, RumoError, ShapeError, UnknownNameError
 from rumo.model import Model, Output, Parameter
 from rumo.plan import Plan
-from rumo.problem import Bounds, Constraint, Penalty, Problem, Weight
+from rumo.problem import Problem
 from rumo.status import Status
+from rumo.terms import Bounds, Constraint, Penalty, Weight
 
 if TYPE_CHECKING:
     from rumo.report.show import show

@@ -2,85 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from rumo.errors import ArgumentError, ShapeError
-from rumo.model import Expression, Model
+from rumo.errors import ArgumentError, ShapeError, UnknownNameError
+from rumo.model import Model
 from rumo.signals import Array, Signals
-
-
-@dataclass(frozen=True)
-class Weight:
-    """Weight of a squared deviation, normalised by the range the signal moves in.
-
-    The cost term is `value * (deviation / range)**2`.
-
-    Parameters
-    ----------
-    value : float or sequence of float, length N
-        One weight for all stages, or one for each of stages 1 to N.
-    range : float
-        Span between the smallest and largest expected value, in the signal's unit.
-    """
-
-    value: float | Sequence[float]
-    range: float = 1.0
-
-
-@dataclass(frozen=True)
-class Penalty:
-    """Price of violating a soft constraint by s: `l1 * s + l2 * s**2`.
-
-    With `l1` above the constraint's multiplier the penalty is exact: the constraint holds whenever
-    it can (Kerrigan and Maciejowski, 2000).
-
-    Parameters
-    ----------
-    l1 : float
-        Price per unit of violation, positive.
-    l2 : float
-        Additional price per squared unit, zero or more.
-    """
-
-    l1: float
-    l2: float = 0.0
-
-
-@dataclass(frozen=True)
-class Constraint:
-    """A path constraint `G(x, u) <= 0`, imposed wherever a free input can influence it.
-
-    Parameters
-    ----------
-    expression : callable
-        `(x, u, p) -> CasADi expression`, scalar; scale it so that 0.01 is a small violation.
-    penalty : Penalty, optional
-        Makes the constraint soft; without it the constraint is hard.
-    """
-
-    expression: Expression
-    penalty: Penalty | None = None
-
-
-@dataclass(frozen=True)
-class Bounds:
-    """Lower and upper bound of a signal; a penalty makes the bounds of a state soft.
-
-    Parameters
-    ----------
-    lower, upper : float
-        In the signal's unit; infinite where there is none.
-    penalty : Penalty, optional
-        Price per unit of violation; for states only.
-    """
-
-    lower: float = -np.inf
-    upper: float = np.inf
-    penalty: Penalty | None = None
+from rumo.terms import (
+    Bounds,
+    BoundsLike,
+    Constraint,
+    Penalty,
+    Weight,
+    as_bounds,
+    check_penalty,
+    positive_number,
+    whole_number,
+)
 
 
 @dataclass(frozen=True)
@@ -90,9 +31,6 @@ class PathConstraint:
     name: str
     row: Any
     penalty: Penalty | None
-
-
-BoundsLike = Bounds | tuple[float, float]
 
 
 class Problem:
@@ -149,9 +87,9 @@ class Problem:
         parameters: Mapping[str, float] | None = None,
     ) -> None:
         self.model = model
-        self.horizon = _whole_number(horizon, "horizon", 1)
-        self.sampling_time = _positive(sampling_time, "sampling_time")
-        self.delay = _whole_number(delay, "delay", 0)
+        self.horizon = whole_number(horizon, "horizon", 1)
+        self.sampling_time = positive_number(sampling_time, "sampling_time")
+        self.delay = whole_number(delay, "delay", 0)
         if self.delay >= self.horizon:
             raise ArgumentError(
                 "delay", str(delay), f"less than the horizon of {horizon}", "Otherwise no input is left to choose."
@@ -173,16 +111,16 @@ class Problem:
         self.move_weights = np.column_stack(
             [self._weight(moves[name], f"moves[{name!r}]", positive=True) for name in model.inputs]
         )
-
         self.input_scales = np.array([moves[name].range for name in model.inputs], dtype=float)
 
-        bounds = {name: _bounds(value, f"bounds[{name!r}]") for name, value in (bounds or {}).items()}
+        bounds = bounds or {}
         for name in bounds:
-            if name not in model.states:
-                model.inputs.index(name, "bounds")
-        moves_bounded = {name: _bounds(value, f"move_bounds[{name!r}]") for name, value in (move_bounds or {}).items()}
-        self.input_lower, self.input_upper = self._input_limits(bounds, "bounds")
-        self.move_lower, self.move_upper = self._input_limits(moves_bounded, "move_bounds")
+            if name not in model.states and name not in model.inputs:
+                raise UnknownNameError("bounds", name, (*model.inputs, *model.states))
+        on_states = {name: as_bounds(bounds[name], f"bounds[{name!r}]") for name in bounds if name in model.states}
+        on_inputs = {name: bounds[name] for name in bounds if name in model.inputs}
+        self.input_lower, self.input_upper = self._input_limits(on_inputs, "bounds")
+        self.move_lower, self.move_upper = self._input_limits(move_bounds or {}, "move_bounds")
         for i, name in enumerate(model.inputs):
             if not self.move_lower[i] <= 0.0 <= self.move_upper[i]:
                 raise ArgumentError(
@@ -192,20 +130,16 @@ class Problem:
                     "An input must be allowed to stay where it is.",
                 )
 
-        self.constraints = self._path_constraints(bounds, dict(constraints or {}))
+        self.constraints = self._path_constraints(on_states, constraints or {})
+        self.constraint_names = Signals({item.name: "1" for item in self.constraints}, "constraints")
         self.safe_input = self._safe_input(dict(safe_input or {}))
         self.parameters = model.parameter_vector(dict(parameters or {}))
-
-    @property
-    def constraint_names(self) -> Signals:
-        """Path constraints, state bounds included, in row order."""
-        return Signals({constraint.name: "1" for constraint in self.constraints}, "constraints")
 
     def _weight(self, weight: Weight, argument: str, *, positive: bool = False) -> Array:
         """Stage weights (N,), divided by the squared range."""
         if not isinstance(weight, Weight):
             raise ArgumentError(argument, repr(weight), "a rumo.Weight", "Write rumo.Weight(1.0, range=...).")
-        span = _positive(weight.range, f"{argument}.range")
+        span = positive_number(weight.range, f"{argument}.range")
         values = np.asarray(weight.value, dtype=float)
         if values.ndim == 0:
             values = np.full(self.horizon, float(values))
@@ -218,13 +152,11 @@ class Problem:
             raise ArgumentError(argument, f"weight {weight.value!r}", f"{kind} finite numbers")
         return values / span**2
 
-    def _input_limits(self, bounds: Mapping[str, Bounds], argument: str) -> tuple[Array, Array]:
+    def _input_limits(self, bounds: Mapping[str, BoundsLike], argument: str) -> tuple[Array, Array]:
         inputs = self.model.inputs
         lower, upper = np.full(len(inputs), -np.inf), np.full(len(inputs), np.inf)
-        for name, bound in bounds.items():
-            if argument == "bounds" and name in self.model.states:
-                continue
-            i = inputs.index(name, argument)
+        for name, value in bounds.items():
+            i, bound = inputs.index(name, argument), as_bounds(value, f"{argument}[{name!r}]")
             if bound.penalty is not None:
                 raise ArgumentError(
                     f"{argument}[{name!r}]",
@@ -243,13 +175,11 @@ class Problem:
             argument = f"constraints[{name!r}]"
             if not isinstance(constraint, Constraint):
                 raise ArgumentError(argument, repr(constraint), "a rumo.Constraint")
-            _check_penalty(constraint.penalty, f"{argument}.penalty")
+            check_penalty(constraint.penalty, f"{argument}.penalty")
             row = self.model.scalar(constraint.expression(*self.model.symbols), argument)
             rows.append(PathConstraint(name, row, constraint.penalty))
         for name, bound in bounds.items():
-            if name not in self.model.states:
-                continue
-            _check_penalty(bound.penalty, f"bounds[{name!r}].penalty")
+            check_penalty(bound.penalty, f"bounds[{name!r}].penalty")
             state = self.model.expression(name, "bounds")
             if np.isfinite(bound.upper):
                 rows.append(PathConstraint(f"{name}_upper", state - bound.upper, bound.penalty))
@@ -278,50 +208,4 @@ class Problem:
         return (
             f"Problem({self.model.name}: horizon {self.horizon} x {self.sampling_time:g} s, delay {self.delay}, "
             f"{len(self.constraints)} path constraints)"
-        )
-
-
-def _whole_number(value: object, argument: str, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise ArgumentError(argument, repr(value), f"a whole number of at least {least}")
-    return int(value)
-
-
-def _positive(value: object, argument: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
-        raise ArgumentError(argument, repr(value), "a positive number")
-    number = float(value)  # pyright: ignore[reportArgumentType] -- NumPy's complex numbers fail here, loudly
-    if not 0.0 < number < np.inf:
-        raise ArgumentError(argument, repr(value), "a positive finite number")
-    return number
-
-
-def _bounds(value: BoundsLike, argument: str) -> Bounds:
-    if not isinstance(value, Bounds):
-        try:
-            lower, upper = (float(limit) for limit in value)
-        except (TypeError, ValueError):
-            raise ArgumentError(
-                argument, repr(value), "a pair (lower, upper)", "Use -inf or inf for a missing side."
-            ) from None
-        value = Bounds(lower, upper)
-    if np.isnan(value.lower) or np.isnan(value.upper):
-        raise ArgumentError(argument, f"({value.lower}, {value.upper})", "numbers", "Use -inf or inf for no bound.")
-    if value.lower > value.upper:
-        raise ArgumentError(
-            argument, f"({value.lower:g}, {value.upper:g})", "lower <= upper", "Exchange the two bounds."
-        )
-    if value.lower == np.inf or value.upper == -np.inf:
-        raise ArgumentError(argument, f"({value.lower:g}, {value.upper:g})", "an interval with a finite number in it")
-    return value
-
-
-def _check_penalty(penalty: Penalty | None, argument: str) -> None:
-    if penalty is None:
-        return
-    if not isinstance(penalty, Penalty):
-        raise ArgumentError(argument, repr(penalty), "a rumo.Penalty or None")
-    if not 0.0 < penalty.l1 < np.inf or not 0.0 <= penalty.l2 < np.inf:
-        raise ArgumentError(
-            argument, f"l1={penalty.l1:g}, l2={penalty.l2:g}", "l1 > 0 and l2 >= 0, both finite", "l1 makes it exact."
         )

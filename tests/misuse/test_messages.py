@@ -116,7 +116,7 @@ PROBLEM_MISTAKES = {
     "NaN bound": ({"bounds": {"torque": (np.nan, 2.0)}}, "bounds['torque']: got (nan, 2.0), expected numbers."),
     "empty bound": ({"bounds": {"rate": (np.inf, np.inf)}}, "bounds['rate']: got (inf, inf), expected an interval"),
     "bound is no pair": ({"bounds": {"torque": 2.0}}, "bounds['torque']: got 2.0, expected a pair (lower, upper)."),
-    "unknown bound": ({"bounds": {"speed": (0.0, 1.0)}}, "bounds: got 'speed', expected one of torque."),
+    "unknown bound": ({"bounds": {"speed": (0.0, 1.0)}}, "bounds: got 'speed', expected one of torque, angle, rate."),
     "soft input bound": (
         {"bounds": {"torque": rumo.Bounds(-1.0, 1.0, rumo.Penalty(1.0))}},
         "bounds['torque']: got a penalty on an input, expected hard bounds for inputs.",
@@ -132,6 +132,10 @@ PROBLEM_MISTAKES = {
     "vector constraint": (
         {"constraints": {"limit": rumo.Constraint(lambda x, u, p: ca.vertcat(x.angle, x.rate))}},
         "constraints['limit']: got an expression of shape (2, 1), expected a scalar expression.",
+    ),
+    "constraint without a proper name": (
+        {"constraints": {"torque limit": rumo.Constraint(lambda x, u, p: u.torque)}},
+        "constraints: got the name 'torque limit', expected a Python identifier such as 'yaw_rate'.",
     ),
     "penalty of zero": (
         {"constraints": {"limit": rumo.Constraint(lambda x, u, p: x.angle, rumo.Penalty(0.0))}},

@@ -45,7 +45,7 @@ def test_any_sequence_of_measurements(name, sequence, delay, reference):
 
 
 @pytest.mark.parametrize("name", ["rti", "nlp"])
-def test_a_car_with_wild_measurements(name):
+def test_a_car_with_wild_measurements(name, capfd):
     problem, x, reference = car()
     controller = CONTROLLERS[name](problem)
     rng = np.random.default_rng(0)
@@ -60,6 +60,8 @@ def test_a_car_with_wild_measurements(name):
         # A wild but finite sample may spoil the guess; the second good one is solved at the latest.
         if k % 4 == 1:
             assert plan.status.solved, (k, plan.status)
+    printed = capfd.readouterr()
+    assert printed.out + printed.err == "", "a step never prints"
 
 
 @pytest.mark.parametrize("name", PROBLEMS)

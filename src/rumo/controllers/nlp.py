@@ -8,13 +8,14 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rumo.controllers.base import Candidate, Controller
 from rumo.controllers.condensing import eliminate
 from rumo.controllers.fallback import Trajectory
 from rumo.discretization import Discretization
 from rumo.problem import Problem
-from rumo.signals import Array
+from rumo.signals import Array, Values
 from rumo.status import Status
 
 # An iterate that IPOPT could not finish is used if its states are within this share of satisfying the dynamics,
@@ -60,9 +61,15 @@ class DirectNlp(Controller):
     def __init__(
         self, problem: Problem, discretization: Discretization | None = None, *, options: NlpOptions | None = None
     ) -> None:
-        super().__init__(problem, discretization)
         self.options = options or NlpOptions()
+        self._multipliers: tuple[Array, Array] | None = None
+        super().__init__(problem, discretization)
         self._build()
+
+    def reset(self, x: Values | None = None, applied: ArrayLike | None = None) -> None:
+        """Forget everything, see `Controller.reset`; the multipliers of the last solution too."""
+        super().reset(x, applied)
+        self._multipliers = None
 
     def _build(self) -> None:
         """State the NLP of equation (original-nlp), slack variables of soft constraints included."""
@@ -112,7 +119,6 @@ class DirectNlp(Controller):
         }
         self._solver = ca.nlpsol("direct_nlp", "ipopt", statement, self._ipopt_options())
         self._path = functions.constraints.map(N)
-        self._forget_multipliers()
 
     def _ipopt_options(self) -> dict[str, Any]:
         ipopt: dict[str, Any] = {
@@ -140,9 +146,6 @@ class DirectNlp(Controller):
             "show_eval_warnings": False,
         }
 
-    def _forget_multipliers(self) -> None:
-        self._multipliers = np.zeros(len(self._lower)), np.zeros(len(self._g_lower))
-
     def _prepare(self, guess: Trajectory) -> bool:
         """Nothing: the guess is all there is."""
         return guess.finite
@@ -153,7 +156,7 @@ class DirectNlp(Controller):
         nx = len(problem.model.states)
         reference = np.column_stack([window[name][1:] for name in problem.outputs])
         slack = np.zeros(len(self._lower) - N * nx - guess.u[d:].size)
-        lam_x, lam_g = self._multipliers
+        lam_x, lam_g = self._multipliers or (np.zeros(len(self._lower)), np.zeros(len(self._g_lower)))
         try:
             result = self._solver(
                 x0=np.r_[guess.x[1:].ravel(), guess.u[d:].ravel(), slack],
@@ -166,7 +169,7 @@ class DirectNlp(Controller):
                 lam_g0=lam_g,
             )
         except RuntimeError:  # CasADi: an evaluation failed inside IPOPT
-            self._forget_multipliers()
+            self._multipliers = None
             return None
         w, g = result["x"].full().ravel(), result["g"].full().ravel()
         states = np.vstack([x, w[: N * nx].reshape(N, nx)])
@@ -175,7 +178,7 @@ class DirectNlp(Controller):
         excess = np.maximum(self._g_lower - g, g - self._g_upper)[N * nx :]
         status = self._outcome(trajectory, excess)
         if status is Status.SOLVER_FAILED:
-            self._forget_multipliers()
+            self._multipliers = None
             return None
         self._multipliers = result["lam_x"].full().ravel(), result["lam_g"].full().ravel()
         p = np.tile(problem.parameters[:, None], N)

@@ -68,13 +68,22 @@ class SinePath:
         return reference
 
     def _phase(self, k: float, slope: float, distance: Array) -> Array:
-        """Phase k p_x at an arc length [m]: the arc length is an elliptic integral, inverted by Newton's method."""
+        """Phase k p_x at an arc length [m]: the arc length is an elliptic integral, inverted by Newton's method.
+
+        On steep paths Newton's step can leave the interval that holds the solution; it is halved then instead.
+        """
         m = slope**2 / (1.0 + slope**2)
         scale = np.sqrt(1.0 + slope**2) / k
-        phase = k * distance
-        for _ in range(20):
-            step = (scale * ellipeinc(phase, m) - distance) / (scale * np.sqrt(1.0 - m * np.sin(phase) ** 2))
-            phase = phase - step
-            if np.max(np.abs(step), initial=0.0) < 1e-14 * max(1.0, float(np.max(np.abs(phase), initial=0.0))):
+        # The path is at least as long as its projection, and at most sqrt(1 + slope^2) times as long.
+        ends = k * distance / np.sqrt(1.0 + slope**2), k * distance
+        low, high = np.minimum(*ends), np.maximum(*ends)
+        phase = 0.5 * (low + high)
+        for _ in range(200):
+            excess = scale * ellipeinc(phase, m) - distance
+            low, high = np.where(excess < 0.0, phase, low), np.where(excess < 0.0, high, phase)
+            newton = phase - excess / (scale * np.sqrt(1.0 - m * np.sin(phase) ** 2))
+            new = np.where((low <= newton) & (newton <= high), newton, 0.5 * (low + high))
+            step, phase = np.abs(new - phase), new
+            if (step <= 4e-16 * np.abs(phase)).all():
                 break
         return phase

@@ -32,7 +32,13 @@ class Plant:
             {"x": model.x, "p": held, "ode": model.f(model.x, model.u, model.p)},
             0.0,
             sampling_time,
-            {"abstol": tolerance, "reltol": tolerance, "max_num_steps": 100_000, "show_eval_warnings": False},
+            {
+                "abstol": tolerance,
+                "reltol": tolerance,
+                "max_num_steps": 100_000,
+                "show_eval_warnings": False,
+                "disable_internal_warnings": True,
+            },
         )
 
     def advance(self, x: Array, u: Array, p: Array) -> Array:

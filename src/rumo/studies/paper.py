@@ -10,10 +10,11 @@ import numpy as np
 
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.estimation import Butterworth, Estimator, ExtendedKalman
-from rumo.problem import Penalty, Problem, Weight
+from rumo.problem import Problem
 from rumo.references import SinePath
 from rumo.registry import CONTROLLERS
 from rumo.simulation import Constant, Disturbance, RandomWalk, Sensors, simulate
+from rumo.terms import Penalty, Weight
 from rumo.vehicles import PAPER_CAR, dynamic_bicycle, four_wheel, friction_circles
 from rumo.vehicles.chassis import BODY_STATES
 from rumo.vehicles.four_wheel import WHEELS

@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 
 from rumo.model import Model
-from rumo.problem import Constraint, Penalty
+from rumo.terms import Constraint, Penalty
 from rumo.vehicles.chassis import BODY_STATES, INPUTS, WIND, WheelForces, planar_motion, wheel_forces
 from rumo.vehicles.errata import AsPrinted
 from rumo.vehicles.parameters import GRAVITY, VehicleParameters

@@ -1,0 +1,55 @@
+"""The import rule: a room imports only from rooms before it and from the leaves."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import rumo
+
+SOURCE = Path(rumo.__file__).parent
+LEAVES = ["errors", "status", "signals"]
+ROOMS = [
+    "model",
+    "terms",
+    "problem",
+    "discretization",
+    "transcription",
+    "plan",
+    "controllers",
+    "estimation",
+    "vehicles",
+    "textbook",
+    "references",
+    "registry",
+    "simulation",
+    "studies",
+    "report",
+    "cli",
+]
+MODULES = [
+    path.relative_to(SOURCE) for path in sorted(SOURCE.rglob("*.py")) if path.parent != SOURCE or path.stem[0] != "_"
+]
+
+
+def room(path):
+    return path.parts[0].removesuffix(".py")
+
+
+def imported_rooms(path):
+    for node in ast.walk(ast.parse((SOURCE / path).read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("rumo."):
+            yield node.module.split(".")[1]
+
+
+def test_every_module_is_in_a_room():
+    assert {room(path) for path in MODULES} == {*LEAVES, *ROOMS}
+
+
+@pytest.mark.parametrize("path", MODULES, ids=str)
+def test_imports_point_backwards(path):
+    own = room(path)
+    order = LEAVES + ROOMS
+    for other in imported_rooms(path):
+        allowed = LEAVES if own in LEAVES else order[: order.index(own) + 1]
+        assert other in allowed, f"{path} imports from {other}"

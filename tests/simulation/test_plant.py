@@ -1,0 +1,100 @@
+"""The plant's integration against closed forms, and its failure."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import rumo
+from rumo.simulation import Plant
+
+NOTHING = np.zeros(0)
+
+
+def linear_model(A, b):
+    """The system xdot = A x + b u."""
+    n = len(A)
+    return rumo.Model(
+        states={f"x{i}": "1" for i in range(n)},
+        inputs={"u": "1"},
+        dynamics=lambda x, u, p: {
+            f"x{i}": sum(float(A[i, j]) * x[f"x{j}"] for j in range(n)) + float(b[i]) * u.u for i in range(n)
+        },
+        name="linear",
+    )
+
+
+def test_exponential_decay():
+    model = rumo.Model(
+        {"x": "1"},
+        {"u": "1"},
+        lambda x, u, p: {"x": -p.rate * x.x + u.u},
+        {"rate": rumo.Parameter("1/s", 1.0)},
+    )
+    plant = Plant(model, 0.5)
+    end = plant.advance(np.array([3.0]), np.array([0.8]), np.array([2.0]))
+    # The tolerance of 1e-8 holds for each step of some fifty.
+    assert end[0] == pytest.approx(0.4 + 2.6 * np.exp(-1.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("fast", [1.0, 1e3, 1e6])
+def test_stiff_linear_system_against_the_matrix_exponential(fast):
+    # A slow oscillation coupled to a fast decay.
+    A = np.array([[-0.2, 2.0, 0.1], [-2.0, -0.2, 0.0], [0.5 * fast, 0.3 * fast, -fast]])
+    b = np.array([0.0, 1.0, 0.5])
+    plant, step, u = Plant(linear_model(A, b), 0.2), 0.2, np.array([0.7])
+    augmented = expm(step * np.block([[A, (b * u[0])[:, None]], [np.zeros((1, 4))]]))
+    x = exact = np.array([1.0, -0.5, 0.2])
+    for _ in range(5):
+        x = plant.advance(x, u, NOTHING)
+        exact = augmented[:3, :3] @ exact + augmented[:3, 3]
+    np.testing.assert_allclose(x, exact, atol=2e-6)
+
+
+def test_tighter_tolerance_is_closer():
+    A = np.array([[0.0, 3.0], [-3.0, 0.0]])
+    exact = expm(A) @ [1.0, 0.0]
+    errors = [
+        np.abs(
+            Plant(linear_model(A, np.zeros(2)), 1.0, tolerance).advance([1.0, 0.0], np.zeros(1), NOTHING) - exact
+        ).max()
+        for tolerance in (1e-4, 1e-7, 1e-10)
+    ]
+    assert errors[0] > 10.0 * errors[1] > 100.0 * errors[2]
+
+
+def test_same_start_gives_the_same_end():
+    plant = Plant(linear_model(np.array([[-1.0]]), np.ones(1)), 0.1)
+    first = plant.advance(np.array([1.0]), np.array([0.3]), NOTHING)
+    plant.advance(np.array([50.0]), np.array([-9.0]), NOTHING)
+    np.testing.assert_array_equal(plant.advance(np.array([1.0]), np.array([0.3]), NOTHING), first)
+
+
+def test_escape_to_infinity_raises():
+    # xdot = x^2 from 1 reaches infinity at t = 1.
+    model = rumo.Model({"x": "1"}, {"u": "1"}, lambda x, u, p: {"x": x.x**2}, name="escape")
+    with pytest.raises(rumo.PlantError, match="escape"):
+        Plant(model, 2.0).advance(np.array([1.0]), np.zeros(1), NOTHING)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_input_that_is_not_finite_raises(bad):
+    plant = Plant(linear_model(np.array([[-1.0]]), np.ones(1)), 0.1)
+    with pytest.raises(rumo.PlantError, match="linear"):
+        plant.advance(np.array([1.0]), np.array([bad]), NOTHING)
+
+
+@pytest.mark.parametrize(("x", "u"), [(np.inf, 1.0), (1.7e308, 1e308)])
+def test_end_that_is_not_finite_raises(x, u):
+    # The integration itself goes well: the state starts at or passes beyond the largest number.
+    model = rumo.Model({"x": "1"}, {"u": "1"}, lambda x, u, p: {"x": u.u}, name="integrator")
+    with pytest.raises(rumo.PlantError, match="integrator left the finite numbers"):
+        Plant(model, 2.0).advance(np.array([x]), np.array([u]), NOTHING)
+
+
+def test_plant_survives_a_failure():
+    model = rumo.Model({"x": "1"}, {"u": "1"}, lambda x, u, p: {"x": x.x**2 + u.u}, name="escape")
+    plant = Plant(model, 0.5)
+    fresh = plant.advance(np.array([0.1]), np.zeros(1), NOTHING)
+    with pytest.raises(rumo.PlantError):
+        plant.advance(np.array([100.0]), np.zeros(1), NOTHING)
+    np.testing.assert_array_equal(plant.advance(np.array([0.1]), np.zeros(1), NOTHING), fresh)
