@@ -56,7 +56,7 @@ class Model:
     dynamics : callable
         `(x, u, p) -> {state: time derivative}` with CasADi expressions; signals are attributes (`x.rate`).
     parameters : mapping of str to Parameter, optional
-        Constants that can be changed without building the model anew.
+        Constants that a new `Problem` can change without building the model anew.
     outputs : mapping of str to Output, optional
         Further quantities to track, constrain or measure.
     name : str

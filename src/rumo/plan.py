@@ -43,6 +43,8 @@ class Plan:
         Amount by which each path constraint is violated at stages 1 to N; NaN where nothing was solved.
     status : Status
         Outcome of the step.
+    cause : Status
+        The same, but when the plan is exhausted: then what kept this step from being solved.
     timings : Timings
         Wall-clock times.
     """
@@ -52,4 +54,5 @@ class Plan:
     x: NamedArray
     slacks: NamedArray
     status: Status
+    cause: Status
     timings: Timings

@@ -26,9 +26,10 @@ from rumo.terms import (
 
 @dataclass(frozen=True)
 class PathConstraint:
-    """A constraint as the transcription sees it: one row `G <= 0`."""
+    """A constraint as the transcription sees it: one row `G <= 0`, in a unit."""
 
     name: str
+    unit: str
     row: Any
     penalty: Penalty | None
 
@@ -131,9 +132,13 @@ class Problem:
                 )
 
         self.constraints = self._path_constraints(on_states, constraints or {})
-        self.constraint_names = Signals({item.name: "1" for item in self.constraints}, "constraints")
+        self.constraint_names = Signals({item.name: item.unit for item in self.constraints}, "constraints")
         self.safe_input = self._safe_input(dict(safe_input or {}))
         self.parameters = model.parameter_vector(dict(parameters or {}))
+        # Controllers build on these numbers once; a change would reach some and not others.
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
 
     def _weight(self, weight: Weight, argument: str, *, positive: bool = False) -> Array:
         """Stage weights (N,), divided by the squared range."""
@@ -177,14 +182,14 @@ class Problem:
                 raise ArgumentError(argument, repr(constraint), "a rumo.Constraint")
             check_penalty(constraint.penalty, f"{argument}.penalty")
             row = self.model.scalar(constraint.expression(*self.model.symbols), argument)
-            rows.append(PathConstraint(name, row, constraint.penalty))
+            rows.append(PathConstraint(name, "1", row, constraint.penalty))
         for name, bound in bounds.items():
             check_penalty(bound.penalty, f"bounds[{name!r}].penalty")
             state = self.model.expression(name, "bounds")
             if np.isfinite(bound.upper):
-                rows.append(PathConstraint(f"{name}_upper", state - bound.upper, bound.penalty))
+                rows.append(PathConstraint(f"{name}_upper", self.model.unit(name), state - bound.upper, bound.penalty))
             if np.isfinite(bound.lower):
-                rows.append(PathConstraint(f"{name}_lower", bound.lower - state, bound.penalty))
+                rows.append(PathConstraint(f"{name}_lower", self.model.unit(name), bound.lower - state, bound.penalty))
         names = [row.name for row in rows]
         for name in constraints:
             if names.count(name) > 1:

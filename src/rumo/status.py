@@ -20,6 +20,9 @@ class Status(Enum):
     BAD_MEASUREMENT = "The measurement is not finite; the previous plan, shifted, is used."
     PLAN_EXHAUSTED = "No plan is left to follow; the problem's safe input is applied."
 
+    def __repr__(self) -> str:
+        return f"Status.{self.name}"
+
     @property
     def solved(self) -> bool:
         """Whether the plan is the solution of this step's optimisation problem."""

@@ -66,6 +66,7 @@ def test_nothing_known_yet_means_the_safe_input(make):
     controller = make(pendulum(safe_input={"torque": 0.3}))
     plan = controller.step([np.nan, 0.0], REFERENCE)
     assert plan.status is Status.PLAN_EXHAUSTED
+    assert plan.cause is Status.BAD_MEASUREMENT
     assert plan.command["torque"] == 0.3
     assert np.isnan(plan.x.values).all()
     assert np.isnan(plan.slacks.values).all()

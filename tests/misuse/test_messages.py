@@ -10,6 +10,7 @@ from problems import pendulum
 import rumo
 from rumo.registry import CONTROLLERS
 from rumo.simulation import Sensors
+from rumo.vehicles import PAPER_CAR, four_wheel
 
 W = rumo.Weight
 
@@ -262,6 +263,18 @@ def test_simulate(case):
     settings = {"plant": controller.problem.model, "x": [0.0, 0.0], "reference": {"angle": 0.0}, "duration": 1.0}
     with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
         rumo.simulate(controller, **(settings | changes))
+
+
+def test_load_transfer_without_a_height():
+    with pytest.raises(
+        rumo.ArgumentError, match=re.escape("load_transfer: got True with h = 0 m, expected a car whose")
+    ):
+        four_wheel(PAPER_CAR, load_transfer=True)
+
+
+def test_a_problem_cannot_be_changed_behind_its_controllers():
+    with pytest.raises(ValueError, match="read-only"):
+        pendulum().parameters[0] = 1.0
 
 
 def test_every_error_is_a_rumo_error():

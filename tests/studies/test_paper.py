@@ -1,5 +1,7 @@
 """The case study drives as well as it should."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ import rumo
 from rumo.references import SinePath
 from rumo.report.kpis import driving_kpis
 from rumo.studies import PaperStudy
-from rumo.vehicles import PAPER_CAR
+from rumo.vehicles import PAPER_CAR, AsPrinted, Dugoff
 
 EVERY_CONTROLLER = ("rti", "nlp", "ltv")
 
@@ -91,3 +93,23 @@ def test_other_seeds_track_alike(seed):
     rms = {name: driving_kpis(log)["tracking_error_rms_after_2s_m"] for name, log in logs.items()}
     assert rms["rti"] <= 0.40  # noise moves the uncorrected error along the path, see the page on errata
     assert rms["rti"] == pytest.approx(rms["nlp"], rel=0.1)
+
+
+def test_errata_can_be_selected_in_the_study():
+    usual = PaperStudy(("rti",), duration=1.0)
+    reference = usual.run()["rti"].plant.values
+    changes = [
+        {"as_printed": AsPrinted(lateral_kinematics=True)},
+        {"as_printed": AsPrinted(drag=True)},
+        {"as_printed": AsPrinted(signed_slip=True)},
+        {"as_printed": AsPrinted(slip_at_center=True)},
+        {"axle_torque": True},
+        {"tyre": Dugoff()},
+        {"delay": 0},
+        {"delay": 2},
+        {"estimator": None},
+    ]
+    for change in changes:
+        log = dataclasses.replace(usual, **change).run()["rti"]
+        assert set(log.status.values) <= {"OPTIMAL", "SOFT_VIOLATED"}, change
+        assert not np.array_equal(log.plant.values, reference), change

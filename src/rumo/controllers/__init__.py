@@ -2,7 +2,8 @@
 
 from rumo.controllers.base import Controller
 from rumo.controllers.ltv import LinearTimeVarying
-from rumo.controllers.nlp import DirectNlp
+from rumo.controllers.nlp import DirectNlp, NlpOptions
+from rumo.controllers.qp import QpOptions
 from rumo.controllers.rti import RealTimeIteration
 
-__all__ = ["Controller", "DirectNlp", "LinearTimeVarying", "RealTimeIteration"]
+__all__ = ["Controller", "DirectNlp", "LinearTimeVarying", "NlpOptions", "QpOptions", "RealTimeIteration"]

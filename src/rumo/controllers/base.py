@@ -143,8 +143,12 @@ class Controller(ABC):
 
         Raises
         ------
-        ShapeError, UnknownNameError, ArgumentError
-            If x or the reference has the wrong form.
+        ShapeError
+            If x or the reference has the wrong shape.
+        UnknownNameError
+            If one of them names a signal that does not exist.
+        ArgumentError
+            If the reference leaves out a tracked output.
         CallOrderError
             If `prepare()` was not called since the last feedback.
         """
@@ -195,6 +199,7 @@ class Controller(ABC):
         problem = self.problem
         N, d = problem.horizon, problem.delay
         decided = self._applied[:d]
+        cause = status
         slacks = np.full((N, len(problem.constraints)), np.nan)
         states = np.full((N + 1, len(problem.model.states)), np.nan)
         if candidate is not None:
@@ -221,6 +226,7 @@ class Controller(ABC):
             x=NamedArray(model.states, states),
             slacks=NamedArray(problem.constraint_names, slacks),
             status=status,
+            cause=cause,
             timings=Timings(self._prepare_time, perf_counter() - start),
         )
 

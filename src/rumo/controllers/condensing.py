@@ -61,6 +61,7 @@ def eliminate(stages: Stages) -> tuple[Array, Array, Array]:
     Returns
     -------
     A, B, c : ndarray, shapes (N, nx, nx), (N, nx, nu), (N, nx)
+        The explicit form of every stage.
 
     Raises
     ------

@@ -71,9 +71,9 @@ class Chart:
         Labels with units.
     lines : tuple of Line
         Curves.
-    histogram : Line, optional
+    histogram : Line or None
         Its y values are binned on a logarithmic axis instead of drawn as a curve.
-    marker : (float, str), optional
+    marker : tuple of float and str, or None
         A vertical line at a value, and what it says.
     equal : bool
         The same scale on both axes.

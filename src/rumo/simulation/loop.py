@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rumo.controllers import Controller
 from rumo.errors import ArgumentError, PlantError
@@ -29,6 +30,7 @@ def simulate(
     reference: Reference | Mapping[str, float],
     duration: float,
     *,
+    applied: ArrayLike | None = None,
     seed: int = 0,
     sensors: Sensors | None = None,
     disturbances: Mapping[str, Disturbance] | None = None,
@@ -52,6 +54,8 @@ def simulate(
         Times (n,) [s] -> signal -> values (n,); a mapping is held.
     duration : float
         [s].
+    applied : array_like, shape (nu,) or (max(delay, 1), nu), optional
+        Inputs decided before the start; the safe input if not given.
     seed : int
         Of noise and disturbances: the same seed gives the same log, but for timings.
     sensors : Sensors, optional
@@ -94,7 +98,7 @@ def simulate(
     observe = observation(plant, model)
     estimate = sensors.estimator.start(problem) if sensors.estimator else None
 
-    controller.reset()
+    controller.reset(applied=applied)
     decided = deque(controller.applied[: problem.delay])
     integrator = Plant(plant, dt)
     columns = [plant.inputs.index(name) for name in model.inputs]

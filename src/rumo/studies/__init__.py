@@ -1,5 +1,5 @@
 """Studies: plain functions from settings to a result."""
 
-from rumo.studies.paper import PaperStudy
+from rumo.studies.paper import PaperStudy, kalman_filter
 
-__all__ = ["PaperStudy"]
+__all__ = ["PaperStudy", "kalman_filter"]

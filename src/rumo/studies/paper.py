@@ -15,9 +15,10 @@ from rumo.references import SinePath
 from rumo.registry import CONTROLLERS
 from rumo.simulation import Constant, Disturbance, RandomWalk, Sensors, simulate
 from rumo.terms import Penalty, Weight
-from rumo.vehicles import PAPER_CAR, dynamic_bicycle, four_wheel, friction_circles
+from rumo.vehicles import PAPER_CAR, AsPrinted, ModifiedDugoff, dynamic_bicycle, four_wheel, friction_circles
 from rumo.vehicles.chassis import BODY_STATES
 from rumo.vehicles.four_wheel import WHEELS
+from rumo.vehicles.tyres import Tyre
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,6 +28,12 @@ HORIZON = 15
 RUN = 24.0
 """Length of the paper's run [s]."""
 TRACKED = ("p_x", "p_y", "psi", "v_x")
+PATH = SinePath(amplitude=3.0, wavelength=60.0, speed=8.0, vehicle=PAPER_CAR)
+PENALTY = Penalty(l1=1.0)
+FILTER = Butterworth(cutoff=3.5)
+WIND = RandomWalk(mean=2.0, std=1.5)
+TYRE = ModifiedDugoff()
+CORRECTED = AsPrinted()
 
 NOISE = {
     "p_x": 0.05,
@@ -95,6 +102,12 @@ class PaperStudy:
         Wind speed [m/s], blowing across, to +y.
     initial_error : float
         Distance from the first point of the reference in p_y [m].
+    as_printed : AsPrinted
+        Equations to take as the paper prints them, in prediction and plant alike.
+    axle_torque : bool
+        The torque is that of the rear axle, not of each wheel.
+    tyre : Tyre
+        Of the plant.
 
     Raises
     ------
@@ -105,14 +118,17 @@ class PaperStudy:
     controllers: tuple[str, ...] = ("rti", "nlp", "ltv")
     seed: int = 0
     duration: float = RUN
-    path: SinePath = field(default_factory=lambda: SinePath(vehicle=PAPER_CAR))
+    path: SinePath = PATH
     weights: Mapping[str, Weight] | None = None
-    penalty: Penalty | None = field(default_factory=lambda: Penalty(1.0))
+    penalty: Penalty | None = PENALTY
     delay: int = 1
-    estimator: Estimator | None = field(default_factory=Butterworth)
-    noise: Mapping[str, float] = field(default_factory=lambda: NOISE)
-    wind: Disturbance = field(default_factory=lambda: RandomWalk(mean=2.0, std=1.5))
+    estimator: Estimator | None = FILTER
+    noise: Mapping[str, float] = field(default_factory=NOISE.copy)
+    wind: Disturbance = WIND
     initial_error: float = 1.0
+    as_printed: AsPrinted = CORRECTED
+    axle_torque: bool = False
+    tyre: Tyre = TYRE
 
     def __post_init__(self) -> None:
         if not self.controllers:
@@ -126,7 +142,7 @@ class PaperStudy:
     def problem(self) -> Problem:
         """The optimal control problem that every controller solves."""
         return Problem(
-            dynamic_bicycle(PAPER_CAR),
+            dynamic_bicycle(PAPER_CAR, as_printed=self.as_printed, axle_torque=self.axle_torque),
             horizon=HORIZON,
             sampling_time=SAMPLING_TIME,
             track=self.weights or paper_weights(self.path),
@@ -136,7 +152,7 @@ class PaperStudy:
                 "steering_rate": (-1.5, 1.5),
                 "delta": (-np.deg2rad(45.0), np.deg2rad(45.0)),
             },
-            constraints=friction_circles(PAPER_CAR, self.penalty),
+            constraints=friction_circles(PAPER_CAR, self.penalty, self.as_printed),
             delay=self.delay,
         )
 
@@ -150,6 +166,7 @@ class PaperStudy:
     def run(self, progress: Progress | None = None) -> dict[str, xr.Dataset]:
         """Drive with each controller; the logs by controller name."""
         problem = self.problem()
+        plant = four_wheel(PAPER_CAR, self.tyre, self.as_printed, axle_torque=self.axle_torque)
         logs = {}
         for name in self.controllers:
 
@@ -159,7 +176,7 @@ class PaperStudy:
 
             logs[name] = simulate(
                 CONTROLLERS[name](problem),
-                four_wheel(PAPER_CAR),
+                plant,
                 self.initial_state(),
                 self.path,
                 self.duration,

@@ -6,6 +6,7 @@ from typing import Any
 
 import casadi as ca
 
+from rumo.errors import ArgumentError
 from rumo.model import Model, Output
 from rumo.vehicles.chassis import BODY_STATES, INPUTS, WIND, planar_motion, wheel_forces
 from rumo.vehicles.errata import AsPrinted
@@ -43,7 +44,19 @@ def four_wheel(
     load_transfer : bool
         Normal loads follow the quasi-static accelerations `2 torque / (r m)` and `v_x omega` by the height of the
         centre of gravity; static otherwise.
+
+    Raises
+    ------
+    ArgumentError
+        If the load is to be transferred and the height h of the centre of gravity is 0.
     """
+    if load_transfer and parameters.h <= 0.0:
+        raise ArgumentError(
+            "load_transfer",
+            f"True with h = {parameters.h:g} m",
+            "a car whose centre of gravity is above the ground",
+            "Give the parameters a height h: dataclasses.replace(parameters, h=0.5).",
+        )
     tyre, as_printed = tyre or ModifiedDugoff(), as_printed or AsPrinted()
     par = parameters
     share = 0.5 if axle_torque else 1.0
