@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from rumo.controllers import Controller, DirectNlp, LinearTimeVarying, RealTimeIteration
+from rumo.controllers import Controller, DirectNlp, LinearTimeVarying, NlpOptions, QpOptions, RealTimeIteration
 from rumo.discretization import ImplicitEuler
 from rumo.errors import ArgumentError, CallOrderError, PlantError, RumoError, ShapeError, UnknownNameError
 from rumo.model import Model, Output, Parameter
@@ -11,12 +11,11 @@ from rumo.plan import Plan
 from rumo.problem import Problem
 from rumo.status import Status
 from rumo.terms import Bounds, Constraint, Penalty, Weight
+from rumo.version import __version__
 
 if TYPE_CHECKING:
     from rumo.report.show import show
     from rumo.simulation.loop import simulate
-
-__version__ = "0.1.0"
 
 __all__ = [
     "ArgumentError",
@@ -28,18 +27,21 @@ __all__ = [
     "ImplicitEuler",
     "LinearTimeVarying",
     "Model",
+    "NlpOptions",
     "Output",
     "Parameter",
     "Penalty",
     "Plan",
     "PlantError",
     "Problem",
+    "QpOptions",
     "RealTimeIteration",
     "RumoError",
     "ShapeError",
     "Status",
     "UnknownNameError",
     "Weight",
+    "__version__",
     "show",
     "simulate",
 ]
@@ -52,3 +54,7 @@ def __getattr__(name: str) -> Any:
     if name in _LAZY:
         return getattr(import_module(_LAZY[name]), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -55,13 +55,12 @@ def models() -> None:
 @study.command()
 def paper(
     controllers: Annotated[str, typer.Option(help="Which controllers drive, comma-separated.")] = "rti,nlp,ltv",
-    seed: Annotated[int, typer.Option(help="Seed of wind and noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of wind and noise.")] = 0,
     duration: Annotated[float, typer.Option(help="Length of the drive [s].")] = 24.0,
     output: Annotated[Path, typer.Option(help="Folder for logs, figures and report.")] = Path("out"),
 ) -> None:
     """The paper's case study: a car follows a sine path in wind, with noisy sensors."""
     with _errors_in_words():
-        folder = _writable(output)
         from rumo.report.charts import paper_charts
         from rumo.report.figures import write_figures
         from rumo.report.page import write_page
@@ -69,7 +68,9 @@ def paper(
         from rumo.simulation.log import save
         from rumo.studies import PaperStudy
 
-        settings = PaperStudy(tuple(name.strip() for name in controllers.split(",")), seed, duration)
+        names = dict.fromkeys(name.strip() for name in controllers.split(","))
+        settings = PaperStudy(tuple(names), seed, duration)
+        folder = _writable(output)
         with _progress() as progress:
             tasks = {name: progress.add_task(name, total=None) for name in settings.controllers}
             logs = settings.run(lambda name, done, steps: progress.update(tasks[name], completed=done, total=steps))

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
+from rumo.checks import checked_items
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.signals import Array, NamedSymbols, Signals, Values
+
+COMPARISONS = (ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_NOT, ca.OP_AND, ca.OP_OR)
 
 Expression = Callable[[NamedSymbols, NamedSymbols, NamedSymbols], Any]
 
@@ -82,7 +86,8 @@ class Model:
         outputs: Mapping[str, Output] | None = None,
         name: str = "model",
     ) -> None:
-        parameters, outputs = dict(parameters or {}), dict(outputs or {})
+        parameters = checked_items(parameters, "parameters", Parameter, 'rumo.Parameter("kg", 1.0)')
+        outputs = checked_items(outputs, "outputs", Output, 'rumo.Output("m", lambda x, u, p: ...)')
         self.name = name
         self.states = Signals(states, "states")
         self.inputs = Signals(inputs, "inputs")
@@ -152,6 +157,10 @@ class Model:
             raise ArgumentError(argument, repr(expression), "a CasADi SX expression or a number") from None
         if result.shape != (1, 1):
             raise ArgumentError(argument, f"an expression of shape {result.shape}", "a scalar expression")
+        if any(result.is_op(comparison) for comparison in COMPARISONS):
+            raise ArgumentError(
+                argument, f"the comparison {result}", "an expression with a value", "Write x - 1.0 for x <= 1.0."
+            )
         foreign = [s.name() for s in ca.symvar(result) if not any(ca.is_equal(s, own) for own in self._own_symbols())]
         if foreign:
             raise ArgumentError(
@@ -160,7 +169,16 @@ class Model:
                 "an expression of the states, inputs and parameters",
                 "Declare it as a parameter of the model.",
             )
+        function = ca.Function("expression", [self.x, self.u, self.p], [result])
+        steps = range(function.n_instructions())
+        constants = [function.instruction_constant(k) for k in steps if function.instruction_id(k) == ca.OP_CONST]
+        if not all(map(math.isfinite, constants)):
+            raise ArgumentError(argument, f"{result} with NaN or infinity in it", "finite numbers")
         return result
+
+    def depends(self, expression: Any) -> bool:
+        """Whether some state or input appears in an expression."""
+        return bool(ca.depends_on(expression, ca.vertcat(self.x, self.u)))
 
     def _own_symbols(self) -> list[Any]:
         return [*ca.vertsplit(self.x), *ca.vertsplit(self.u), *(ca.vertsplit(self.p) if len(self.parameters) else [])]

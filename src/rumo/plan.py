@@ -40,7 +40,8 @@ class Plan:
     x : NamedArray, shape (N + 1, nx)
         Predicted states, the measurement first; NaN where nothing was predicted.
     slacks : NamedArray, shape (N, nc)
-        Amount by which each path constraint is violated at stages 1 to N; NaN where nothing was solved.
+        Amount by which each path constraint is violated at stages 1 to N, as linearised where the controller
+        linearises; NaN where nothing was solved.
     status : Status
         Outcome of the step.
     cause : Status

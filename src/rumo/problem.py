@@ -8,28 +8,20 @@ from typing import Any
 
 import numpy as np
 
+from rumo.checks import as_mapping, as_numbers, checked, checked_items, positive_number, whole_number
 from rumo.errors import ArgumentError, ShapeError, UnknownNameError
 from rumo.model import Model
 from rumo.signals import Array, Signals
-from rumo.terms import (
-    Bounds,
-    BoundsLike,
-    Constraint,
-    Penalty,
-    Weight,
-    as_bounds,
-    check_penalty,
-    positive_number,
-    whole_number,
-)
+from rumo.terms import Bounds, BoundsLike, Constraint, Penalty, Weight, as_bounds, check_penalty
 
 
 @dataclass(frozen=True)
 class PathConstraint:
-    """A constraint as the transcription sees it: one row `G <= 0`, in a unit."""
+    """A constraint as the transcription sees it: one row `G <= 0`, in a unit, of a typical size `scale`."""
 
     name: str
     unit: str
+    scale: float
     row: Any
     penalty: Penalty | None
 
@@ -87,7 +79,7 @@ class Problem:
         safe_input: Mapping[str, float] | None = None,
         parameters: Mapping[str, float] | None = None,
     ) -> None:
-        self.model = model
+        self.model = checked(model, "model", Model)
         self.horizon = whole_number(horizon, "horizon", 1)
         self.sampling_time = positive_number(sampling_time, "sampling_time")
         self.delay = whole_number(delay, "delay", 0)
@@ -96,6 +88,8 @@ class Problem:
                 "delay", str(delay), f"less than the horizon of {horizon}", "Otherwise no input is left to choose."
             )
 
+        track = checked_items(track, "track", Weight, "rumo.Weight(1.0, range=...)")
+        moves = checked_items(moves, "moves", Weight, "rumo.Weight(1.0, range=...)")
         if not track:
             raise ArgumentError("track", "nothing", "at least one state or output to track")
         self.output_rows = [model.expression(name, "track") for name in track]
@@ -112,16 +106,20 @@ class Problem:
         self.move_weights = np.column_stack(
             [self._weight(moves[name], f"moves[{name!r}]", positive=True) for name in model.inputs]
         )
+        values = [np.max(weight.value) for weight in (*track.values(), *moves.values())]
+        self.cost_scale = float(max(values))
         self.input_scales = np.array([moves[name].range for name in model.inputs], dtype=float)
 
-        bounds = bounds or {}
+        bounds = as_mapping(bounds, "bounds")
         for name in bounds:
             if name not in model.states and name not in model.inputs:
-                raise UnknownNameError("bounds", name, (*model.inputs, *model.states))
+                raise UnknownNameError(
+                    "bounds", name, (*model.inputs, *model.states), "Bound anything else by constraints=."
+                )
         on_states = {name: as_bounds(bounds[name], f"bounds[{name!r}]") for name in bounds if name in model.states}
         on_inputs = {name: bounds[name] for name in bounds if name in model.inputs}
         self.input_lower, self.input_upper = self._input_limits(on_inputs, "bounds")
-        self.move_lower, self.move_upper = self._input_limits(move_bounds or {}, "move_bounds")
+        self.move_lower, self.move_upper = self._input_limits(as_mapping(move_bounds, "move_bounds"), "move_bounds")
         for i, name in enumerate(model.inputs):
             if not self.move_lower[i] <= 0.0 <= self.move_upper[i]:
                 raise ArgumentError(
@@ -131,10 +129,13 @@ class Problem:
                     "An input must be allowed to stay where it is.",
                 )
 
-        self.constraints = self._path_constraints(on_states, constraints or {})
+        self.constraints = self._path_constraints(
+            on_states, checked_items(constraints, "constraints", Constraint, "rumo.Constraint(lambda x, u, p: ...)")
+        )
         self.constraint_names = Signals({item.name: item.unit for item in self.constraints}, "constraints")
-        self.safe_input = self._safe_input(dict(safe_input or {}))
-        self.parameters = model.parameter_vector(dict(parameters or {}))
+        self.constraint_scales = np.array([item.scale for item in self.constraints])
+        self.safe_input = self._safe_input(as_mapping(safe_input, "safe_input"))
+        self.parameters = model.parameter_vector(as_mapping(parameters, "parameters"))
         # Controllers build on these numbers once; a change would reach some and not others.
         for value in vars(self).values():
             if isinstance(value, np.ndarray):
@@ -142,10 +143,8 @@ class Problem:
 
     def _weight(self, weight: Weight, argument: str, *, positive: bool = False) -> Array:
         """Stage weights (N,), divided by the squared range."""
-        if not isinstance(weight, Weight):
-            raise ArgumentError(argument, repr(weight), "a rumo.Weight", "Write rumo.Weight(1.0, range=...).")
         span = positive_number(weight.range, f"{argument}.range")
-        values = np.asarray(weight.value, dtype=float)
+        values = as_numbers(weight.value, argument)
         if values.ndim == 0:
             values = np.full(self.horizon, float(values))
         if values.shape != (self.horizon,):
@@ -178,18 +177,25 @@ class Problem:
         rows: list[PathConstraint] = []
         for name, constraint in constraints.items():
             argument = f"constraints[{name!r}]"
-            if not isinstance(constraint, Constraint):
-                raise ArgumentError(argument, repr(constraint), "a rumo.Constraint")
+            if not callable(constraint.expression):
+                raise ArgumentError(argument, repr(constraint.expression), "a function (x, u, p) -> expression")
             check_penalty(constraint.penalty, f"{argument}.penalty")
             row = self.model.scalar(constraint.expression(*self.model.symbols), argument)
-            rows.append(PathConstraint(name, "1", row, constraint.penalty))
+            if not self.model.depends(row):
+                raise ArgumentError(
+                    argument, f"{row}, which neither states nor inputs change", "an expression of states or inputs"
+                )
+            rows.append(PathConstraint(name, "1", 1.0, row, constraint.penalty))
         for name, bound in bounds.items():
             check_penalty(bound.penalty, f"bounds[{name!r}].penalty")
-            state = self.model.expression(name, "bounds")
+            state, unit = self.model.expression(name, "bounds"), self.model.unit(name)
+            limits = [abs(limit) for limit in (bound.lower, bound.upper) if np.isfinite(limit)]
+            width = sum(limits) if bound.lower < 0.0 < bound.upper else max(limits, default=0.0)
+            scale = width or 1.0
             if np.isfinite(bound.upper):
-                rows.append(PathConstraint(f"{name}_upper", self.model.unit(name), state - bound.upper, bound.penalty))
+                rows.append(PathConstraint(f"{name}_upper", unit, scale, state - bound.upper, bound.penalty))
             if np.isfinite(bound.lower):
-                rows.append(PathConstraint(f"{name}_lower", self.model.unit(name), bound.lower - state, bound.penalty))
+                rows.append(PathConstraint(f"{name}_lower", unit, scale, bound.lower - state, bound.penalty))
         names = [row.name for row in rows]
         for name in constraints:
             if names.count(name) > 1:

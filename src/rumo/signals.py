@@ -34,7 +34,7 @@ class Signals:
         if not hasattr(units, "items"):
             raise ArgumentError(role, repr(units), 'a mapping from name to unit such as {"angle": "rad"}')
         for name, unit in units.items():
-            if not isinstance(name, str) or not name.isidentifier():
+            if not isinstance(name, str) or not name.isidentifier() or name.startswith("_"):
                 raise ArgumentError(role, f"the name {name!r}", "a Python identifier such as 'yaw_rate'")
             if not isinstance(unit, str):
                 raise ArgumentError(
@@ -155,7 +155,7 @@ class NamedSymbols:
 
 
 class NamedArray:
-    """An array whose last axis holds signals: `plan.u["torque"]`, or `np.asarray(plan.u)` for all.
+    """An array whose last axis holds signals: `plan.u["torque"]`; numbers and slices index as usual.
 
     Parameters
     ----------
@@ -169,8 +169,11 @@ class NamedArray:
         self.signals = signals
         self.values = values
 
-    def __getitem__(self, name: str) -> Any:
-        return self.values[..., self.signals.index(name)]
+    def __getitem__(self, key: Any) -> Any:
+        return self.values[..., self.signals.index(key)] if isinstance(key, str) else self.values[key]
+
+    def __len__(self) -> int:
+        return len(self.values)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.array(self.values, dtype=dtype, copy=True if copy is None else copy)

@@ -13,7 +13,7 @@ class Status(Enum):
     """
 
     OPTIMAL = "Solved; every constraint that the inputs can influence holds."
-    SOFT_VIOLATED = "Solved; a soft constraint is violated, the plan's slacks say where and by how much."
+    SOFT_VIOLATED = "Solved; a soft constraint is violated. The plan's slacks say where and by how much."
     BUDGET_EXCEEDED = "The iteration or time budget ran out; the best admissible plan is used."
     SOLVER_FAILED = "The optimisation failed; the previous plan, shifted, is used."
     BAD_REFERENCE = "The reference is not finite; the previous plan, shifted, is used."

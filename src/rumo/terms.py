@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from rumo.checks import checked
 from rumo.errors import ArgumentError
 from rumo.model import Expression
 
@@ -25,7 +27,7 @@ class Weight:
         Span between the smallest and largest expected value, in the signal's unit.
     """
 
-    value: float | Sequence[float]
+    value: ArrayLike
     range: float = 1.0
 
 
@@ -81,36 +83,19 @@ class Bounds:
     penalty: Penalty | None = None
 
 
-BoundsLike = Bounds | tuple[float, float]
-
-
-def whole_number(value: object, argument: str, least: int) -> int:
-    """`value` as an int of at least `least`; anything else raises, naming `argument`."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise ArgumentError(argument, repr(value), f"a whole number of at least {least}")
-    return int(value)
-
-
-def positive_number(value: object, argument: str) -> float:
-    """`value` as a positive finite float; anything else raises, naming `argument`."""
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
-        raise ArgumentError(argument, repr(value), "a positive number")
-    number = float(value)  # pyright: ignore[reportArgumentType] -- NumPy's complex numbers fail here, loudly
-    if not 0.0 < number < np.inf:
-        raise ArgumentError(argument, repr(value), "a positive finite number")
-    return number
+BoundsLike = Bounds | Sequence[float]
 
 
 def as_bounds(value: BoundsLike, argument: str) -> Bounds:
     """`value` as bounds that contain a number; anything else raises, naming `argument`."""
-    if not isinstance(value, Bounds):
-        try:
-            lower, upper = (float(limit) for limit in value)
-        except (TypeError, ValueError):
-            raise ArgumentError(
-                argument, repr(value), "a pair (lower, upper)", "Use -inf or inf for a missing side."
-            ) from None
-        value = Bounds(lower, upper)
+    pair = (value.lower, value.upper) if isinstance(value, Bounds) else value
+    try:
+        lower, upper = (float(limit) for limit in pair)
+    except (TypeError, ValueError):
+        raise ArgumentError(
+            argument, repr(pair), "a pair (lower, upper)", "Use -inf or inf for a missing side."
+        ) from None
+    value = Bounds(lower, upper, value.penalty if isinstance(value, Bounds) else None)
     if np.isnan(value.lower) or np.isnan(value.upper):
         raise ArgumentError(argument, f"({value.lower}, {value.upper})", "numbers", "Use -inf or inf for no bound.")
     if value.lower > value.upper:
@@ -126,8 +111,10 @@ def check_penalty(penalty: Penalty | None, argument: str) -> None:
     """Raise, naming `argument`, unless the penalty is exact."""
     if penalty is None:
         return
-    if not isinstance(penalty, Penalty):
-        raise ArgumentError(argument, repr(penalty), "a rumo.Penalty or None")
+    checked(penalty, argument, Penalty)
+    for name, price in (("l1", penalty.l1), ("l2", penalty.l2)):
+        if not isinstance(price, int | float | np.number):
+            raise ArgumentError(f"{argument}.{name}", repr(price), "a number")
     if not 0.0 < penalty.l1 < np.inf or not 0.0 <= penalty.l2 < np.inf:
         raise ArgumentError(
             argument, f"l1={penalty.l1:g}, l2={penalty.l2:g}", "l1 > 0 and l2 >= 0, both finite", "l1 makes it exact."

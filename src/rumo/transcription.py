@@ -97,6 +97,7 @@ class Transcription:
         packed = ca.densify(ca.vertcat(*(ca.vec(ca.densify(term)) for term in terms.values())))
         stage = ca.Function("stage", [z, x, u, p], [packed])
         self._stages = stage.map(problem.horizon)
+        self._path = self.constraints.map(problem.horizon)
         self._step = ca.Function("step", [z, x, u, p], [phi, terms["A0"], terms["A1"]])
         self.imposed = self._influenced(terms)
 
@@ -121,6 +122,11 @@ class Transcription:
             arrays[name] = block.reshape(len(packed), *shape[::-1]).transpose(0, *range(len(shape), 0, -1))
             start += size
         return Stages(**arrays)
+
+    def path_constraints(self, x: Array, u: Array) -> Array:
+        """Values (N, nc) of the path constraints along states (N + 1, nx) and inputs (N, nu)."""
+        p = np.tile(self.problem.parameters[:, None], self.problem.horizon)
+        return self._path(x[1:].T, u.T, p).full().T
 
     def step(self, z: Array, x: Array, u: Array) -> tuple[Array, Array, Array]:
         """Residual (nx,) of a single step from x to z with input u, and its derivatives A0, A1 (nx, nx)."""

@@ -8,7 +8,7 @@ import pytest
 import rumo
 
 SOURCE = Path(rumo.__file__).parent
-LEAVES = ["errors", "status", "signals"]
+LEAVES = ["version", "errors", "checks", "status", "signals"]
 ROOMS = [
     "model",
     "terms",
@@ -38,8 +38,10 @@ def room(path):
 
 def imported_rooms(path):
     for node in ast.walk(ast.parse((SOURCE / path).read_text())):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("rumo."):
-            yield node.module.split(".")[1]
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "rumo":
+            yield from [node.module.split(".")[1]] if "." in node.module else (alias.name for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name.split(".")[1] for alias in node.names if alias.name.startswith("rumo."))
 
 
 def test_every_module_is_in_a_room():

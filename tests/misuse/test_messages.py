@@ -242,7 +242,7 @@ def test_sqp_iterations():
 SIMULATION_MISTAKES = {
     "short initial state": ({"x": [0.0]}, "x: got shape (1,), expected shape (2,)."),
     "NaN initial state": ({"x": [0.0, np.nan]}, "x['rate']: got nan, expected a finite number."),
-    "no time": ({"duration": 0.0}, "duration: got 0.0, expected at least one sampling time of 0.05 s."),
+    "no time": ({"duration": 0.0}, "duration: got 0.0, expected at least one sampling time of 0.05 s, finite."),
     "NaN time": ({"duration": np.nan}, "duration: got nan, expected at least one sampling time"),
     "unknown noise": (
         {"sensors": Sensors({"angel": 0.1})},

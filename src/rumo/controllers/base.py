@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rumo.checks import as_numbers, checked
 from rumo.controllers.fallback import Trajectory, admissible
 from rumo.discretization import Discretization
 from rumo.errors import ArgumentError, CallOrderError, ShapeError, UnknownNameError
@@ -21,10 +22,10 @@ from rumo.signals import Array, NamedArray, Values
 from rumo.status import Status
 from rumo.transcription import Transcription
 
-Reference = Mapping[str, ArrayLike] | ArrayLike
+ReferenceWindow = Mapping[str, ArrayLike] | ArrayLike
 
 
-# A constraint counts as violated above this, in its own (scaled) unit.
+# A constraint counts as violated above this share of its scale.
 SLACK_TOLERANCE = 1e-6
 
 
@@ -38,14 +39,6 @@ class Candidate:
     trajectory: Trajectory
     slacks: Array
     status: Status
-
-    @classmethod
-    def assess(cls, trajectory: Trajectory, constraints: Array, imposed: np.ndarray, status: Status) -> Candidate:
-        """A solver's result, its status lowered to SOFT_VIOLATED where imposed constraints (N, nc) exceed 0."""
-        slacks = np.maximum(constraints, 0.0)
-        if status is Status.OPTIMAL and (slacks[imposed] > SLACK_TOLERANCE).any():
-            status = Status.SOFT_VIOLATED
-        return cls(trajectory, slacks, status)
 
 
 class Controller(ABC):
@@ -67,7 +60,7 @@ class Controller(ABC):
     name = "controller"
 
     def __init__(self, problem: Problem, discretization: Discretization | None = None) -> None:
-        self.problem = problem
+        self.problem = checked(problem, "problem", Problem)
         self.transcription = Transcription(problem, discretization)
         self.status_counts: Counter[Status] = Counter()
         self.reset()
@@ -104,14 +97,15 @@ class Controller(ABC):
     @applied.setter
     def applied(self, inputs: ArrayLike) -> None:
         shape = (max(self.problem.delay, 1), len(self.problem.model.inputs))
-        array = np.asarray(inputs, dtype=float)
+        array = self.problem.model.inputs.vector(inputs, "applied") if isinstance(inputs, Mapping) else None
+        array = as_numbers(inputs, "applied") if array is None else array
         if array.shape not in (shape, shape[1:]):
             raise ShapeError("applied", f"shape {array.shape}", f"shape {shape} or {shape[1:]}")
         if not np.isfinite(array).all():
             raise ArgumentError("applied", f"{array.tolist()}", "finite inputs")
         self._applied = np.broadcast_to(array, shape).copy()
 
-    def step(self, x: Values, reference: Reference) -> Plan:
+    def step(self, x: Values, reference: ReferenceWindow) -> Plan:
         """`prepare()` and `feedback(x, reference)` in one call."""
         measurement = self.problem.model.states.vector(x, "x")
         if self._guess is None and np.isfinite(measurement).all():
@@ -130,7 +124,7 @@ class Controller(ABC):
         self._prepared = True
         self._prepare_time = perf_counter() - start
 
-    def feedback(self, x: Values, reference: Reference) -> Plan:
+    def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
         """Return the plan for a measurement.
 
         Parameters
@@ -168,6 +162,14 @@ class Controller(ABC):
     def _reference_signals(self) -> tuple[str, ...]:
         """Signals whose reference this controller looks at."""
         return self.problem.outputs.names
+
+    def _assess(self, trajectory: Trajectory, constraints: Array, status: Status) -> Candidate:
+        """A solver's result, its status lowered to SOFT_VIOLATED where imposed constraints (N, nc) exceed 0."""
+        slacks = np.maximum(constraints, 0.0)
+        violated = slacks > SLACK_TOLERANCE * self.problem.constraint_scales
+        if status is Status.OPTIMAL and violated[self.transcription.imposed].any():
+            status = Status.SOFT_VIOLATED
+        return Candidate(trajectory, slacks, status)
 
     @abstractmethod
     def _prepare(self, guess: Trajectory) -> bool:
@@ -233,17 +235,18 @@ class Controller(ABC):
     def _start_guess(self, x: Array) -> Trajectory:
         problem = self.problem
         u = np.clip(self._applied[-1], problem.input_lower, problem.input_upper)
-        self._guess = Trajectory.resting(x, u, problem.horizon)
+        self._guess = Trajectory.at_rest(x, u, problem.horizon)
         self._prepared = False
         return self._guess
 
-    def _window(self, reference: Reference) -> dict[str, Array]:
+    def _window(self, reference: ReferenceWindow) -> dict[str, Array]:
         """Reference of each named signal over the horizon, (N + 1,)."""
         problem, length = self.problem, self.problem.horizon + 1
         named: Mapping[str, Any]
         if isinstance(reference, Mapping):
             named = reference
-            allowed = (*problem.outputs, *problem.model.states, *problem.model.inputs, *problem.model.outputs)
+            model = problem.model
+            allowed = dict.fromkeys((*problem.outputs, *model.states, *model.inputs, *model.outputs))
             for name in named:
                 if name not in allowed:
                     raise UnknownNameError("reference", name, allowed)
@@ -251,7 +254,7 @@ class Controller(ABC):
                 if name not in named:
                     raise ArgumentError("reference", f"no values for {name!r}", "values for every tracked output")
         else:
-            array = _numbers(reference, "reference")
+            array = as_numbers(reference, "reference")
             if array.shape != (length, len(problem.outputs)):
                 raise ShapeError(
                     "reference", f"shape {array.shape}", f"({length}, {len(problem.outputs)}): N + 1 by tracked outputs"
@@ -259,7 +262,7 @@ class Controller(ABC):
             named = dict(zip(problem.outputs, array.T, strict=True))
         window = {}
         for name, values in named.items():
-            array = _numbers(values, f"reference[{name!r}]")
+            array = as_numbers(values, f"reference[{name!r}]")
             if array.shape not in ((), (length,)):
                 raise ShapeError(
                     f"reference[{name!r}]", f"shape {array.shape}", f"one number or {length}, from now to t + N"
@@ -270,10 +273,3 @@ class Controller(ABC):
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.problem!r})"
-
-
-def _numbers(values: Any, argument: str) -> Array:
-    try:
-        return np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise ShapeError(argument, repr(values), "numbers") from None

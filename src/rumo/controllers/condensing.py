@@ -14,7 +14,7 @@ from rumo.problem import Problem
 from rumo.signals import Array
 from rumo.transcription import Stages
 
-# A hard constraint whose value the inputs cannot change by this share is left out: see `Condensed.rows`.
+# A constraint that the whole range of all inputs moves by less than this share of its scale is not imposed.
 NO_INFLUENCE = 1e-10
 
 
@@ -39,6 +39,8 @@ class Condensed:
         Gauss-Newton Hessian of the cost.
     rows : ndarray of int
         Path constraints that are imposed: those that a free input can influence.
+    correction : ndarray, shape (N, nx)
+        Newton step of each stage onto the dynamics.
     """
 
     x_known: Array
@@ -50,6 +52,14 @@ class Condensed:
     increments: Array
     hessian: Array
     rows: np.ndarray
+    correction: Array
+
+    @property
+    def straying(self) -> float:
+        """How far the guess is from satisfying the dynamics, over how far the inputs' whole range moves the states."""
+        reach = np.abs(self.x_free).sum(axis=2).max(axis=0)
+        moved = reach > 0.0
+        return float(np.max(np.abs(self.correction).max(axis=0)[moved] / reach[moved], initial=0.0))
 
 
 def eliminate(stages: Stages) -> tuple[Array, Array, Array]:
@@ -131,10 +141,9 @@ def condense(stages: Stages, problem: Problem, imposed: np.ndarray) -> Condensed
     Q = problem.output_weights.ravel()
     R = problem.move_weights[d:].ravel()
     hessian = 2.0 * (y_free.T @ (Q[:, None] * y_free) + increments.T @ (R[:, None] * increments))
-    strength = np.abs(g_free).sum(axis=1)
-    size = np.abs(stages.G).ravel() + np.abs(stages.D).sum(axis=2).ravel()
-    rows = np.flatnonzero(imposed.ravel() & (strength > NO_INFLUENCE * size))
-    return Condensed(x_known, x_free, y_known, y_free, g_known, g_free, increments, hessian, rows)
+    influence = np.abs(g_free).sum(axis=1).reshape(N, -1) / problem.constraint_scales
+    rows = np.flatnonzero(imposed & (influence > NO_INFLUENCE))
+    return Condensed(x_known, x_free, y_known, y_free, g_known, g_free, increments, hessian, rows, c)
 
 
 def quadratic_program(

@@ -18,13 +18,18 @@ class Trajectory:
     x: Array
 
     @classmethod
-    def resting(cls, x: Array, u: Array, horizon: int) -> Trajectory:
+    def at_rest(cls, x: Array, u: Array, horizon: int) -> Trajectory:
         """Stay at state x (nx,) with input u (nu,)."""
         return cls(np.tile(u, (horizon, 1)), np.tile(x, (horizon + 1, 1)))
 
     def shifted(self) -> Trajectory:
         """One sample later: u(t+N) = u(t+N-1), the last state extrapolated."""
         return Trajectory(np.vstack([self.u[1:], self.u[-1]]), np.vstack([self.x[1:], 2.0 * self.x[-1] - self.x[-2]]))
+
+    @property
+    def resting(self) -> bool:
+        """Whether the state never changes."""
+        return bool((self.x == self.x[0]).all())
 
     @property
     def finite(self) -> bool:

@@ -6,8 +6,11 @@ import numpy as np
 
 from rumo.controllers.base import Candidate
 from rumo.controllers.fallback import Trajectory
+from rumo.controllers.qp import QpOptions
 from rumo.controllers.rti import RealTimeIteration
+from rumo.discretization import Discretization
 from rumo.errors import ArgumentError
+from rumo.problem import Problem
 from rumo.signals import Array
 
 
@@ -29,6 +32,11 @@ class LinearTimeVarying(RealTimeIteration):
 
     name = "ltv"
 
+    def __init__(
+        self, problem: Problem, discretization: Discretization | None = None, *, qp: QpOptions | None = None
+    ) -> None:
+        super().__init__(problem, discretization, qp=qp)
+
     @property
     def _reference_signals(self) -> tuple[str, ...]:
         model = self.problem.model
@@ -40,7 +48,7 @@ class LinearTimeVarying(RealTimeIteration):
 
     def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
         reference = self._trajectory(window)
-        if not super()._prepare(reference):
+        if not self._linearize(reference):
             return None
         return self._iterate(x, window, reference)
 

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rumo.checks import positive_number, whole_number
 from rumo.controllers.base import Candidate, Controller
 from rumo.controllers.condensing import eliminate
 from rumo.controllers.fallback import Trajectory
@@ -41,6 +42,12 @@ class NlpOptions:
     tolerance: float = 1e-8
     max_iterations: int = 200
     max_wall_time: float = np.inf
+
+    def __post_init__(self) -> None:
+        positive_number(self.tolerance, "NlpOptions.tolerance")
+        whole_number(self.max_iterations, "NlpOptions.max_iterations", 0)
+        if self.max_wall_time != np.inf:
+            positive_number(self.max_wall_time, "NlpOptions.max_wall_time")
 
 
 class DirectNlp(Controller):
@@ -114,11 +121,10 @@ class DirectNlp(Controller):
         statement = {
             "x": ca.vertcat(ca.vec(x), ca.vec(u), s),
             "p": ca.vertcat(x0, ca.vec(decided), ca.vec(reference)),
-            "f": cost,
+            "f": cost / problem.cost_scale,
             "g": constraints,
         }
         self._solver = ca.nlpsol("direct_nlp", "ipopt", statement, self._ipopt_options())
-        self._path = functions.constraints.map(N)
 
     def _ipopt_options(self) -> dict[str, Any]:
         ipopt: dict[str, Any] = {
@@ -133,6 +139,9 @@ class DirectNlp(Controller):
             "warm_start_slack_bound_push": 1e-6,
             # A third of the iterations of a monotone barrier from a warm start, a ninth from a cold one.
             "mu_strategy": "adaptive",
+            # The rows of stiff states are thousands of times larger than others; IPOPT's own limit of 100 leaves one
+            # cold start in five unsolved, 1 none.
+            "nlp_scaling_max_gradient": 1.0,
             # Bounds are limits of actuators: do not relax them.
             "bound_relax_factor": 0.0,
         }
@@ -175,31 +184,31 @@ class DirectNlp(Controller):
         states = np.vstack([x, w[: N * nx].reshape(N, nx)])
         u = np.vstack([self._applied[:d], w[N * nx : N * nx + guess.u[d:].size].reshape(N - d, -1)])
         trajectory = Trajectory(u, states)
-        excess = np.maximum(self._g_lower - g, g - self._g_upper)[N * nx :]
-        status = self._outcome(trajectory, excess)
-        if status is Status.SOLVER_FAILED:
+        stats = self._solver.stats()
+        out_of_budget = stats["return_status"] in ("Maximum_Iterations_Exceeded", "Maximum_WallTime_Exceeded")
+        if not stats["success"] and not out_of_budget:
             self._multipliers = None
             return None
+        status = Status.BUDGET_EXCEEDED if out_of_budget else Status.OPTIMAL
+        excess = np.maximum(self._g_lower - g, g - self._g_upper)[N * nx :]
+        if out_of_budget and not self._admissible(trajectory, excess):
+            self._multipliers = None
+            return Candidate(Trajectory(np.full_like(u, np.nan), states), np.full((N, 0), np.nan), status)
         self._multipliers = result["lam_x"].full().ravel(), result["lam_g"].full().ravel()
-        p = np.tile(problem.parameters[:, None], N)
-        constraints = self._path(states[1:].T, u.T, p).full().T
-        return Candidate.assess(trajectory, constraints, self.transcription.imposed, status)
+        return self._assess(trajectory, self.transcription.path_constraints(states, u), status)
 
-    def _outcome(self, trajectory: Trajectory, excess: Array) -> Status:
-        """What IPOPT's result is worth, given by how much constraints and move bounds are exceeded."""
-        stats = self._solver.stats()
-        if stats["success"]:
-            return Status.OPTIMAL
-        out_of_budget = stats["return_status"] in ("Maximum_Iterations_Exceeded", "Maximum_WallTime_Exceeded")
-        if not out_of_budget or not trajectory.finite or np.max(excess, initial=0.0) > ADMISSIBLE:
-            return Status.SOLVER_FAILED
-        # The residual of a stiff stage is huge long after its state is right: judge by the Newton step it asks for.
+    def _admissible(self, trajectory: Trajectory, excess: Array) -> bool:
+        """Whether an unfinished iterate, which exceeds constraints and move bounds by `excess`, may be used.
+
+        The residual of a stiff stage is huge long after its state is right: what counts is the Newton step it asks for.
+        """
+        if not trajectory.finite or np.max(excess, initial=0.0) > ADMISSIBLE:
+            return False
         try:
             _, _, correction = eliminate(self.transcription.linearize(trajectory.x, trajectory.u))
         except np.linalg.LinAlgError:
-            return Status.SOLVER_FAILED
-        close = np.abs(correction) <= ADMISSIBLE * (1.0 + np.abs(trajectory.x[1:]))
-        return Status.BUDGET_EXCEEDED if close.all() else Status.SOLVER_FAILED
+            return False
+        return bool((np.abs(correction) <= ADMISSIBLE * (1.0 + np.abs(trajectory.x[1:]))).all())
 
 
 @cache

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import piqp
 
+from rumo.checks import positive_number, whole_number
 from rumo.signals import Array
 from rumo.status import Status
 
@@ -62,6 +63,10 @@ class QpOptions:
     max_iterations: int = 100
     tolerance: float = 1e-10
 
+    def __post_init__(self) -> None:
+        whole_number(self.max_iterations, "QpOptions.max_iterations", 1)
+        positive_number(self.tolerance, "QpOptions.tolerance")
+
 
 def solve(program: QuadraticProgram, options: QpOptions) -> tuple[Array, Status]:
     """Return the minimiser (n,) and OPTIMAL, BUDGET_EXCEEDED or SOLVER_FAILED.
@@ -72,9 +77,14 @@ def solve(program: QuadraticProgram, options: QpOptions) -> tuple[Array, Status]
     n, soft = len(program.gradient), np.flatnonzero(np.isfinite(program.l1))
     if not program.sane:
         return np.full(n, np.nan), Status.SOLVER_FAILED
+    # Units of cost and constraints do not matter: the cost is divided by its smallest curvature along an input, each
+    # row by its largest entry.
+    cost = 1.0 / np.diag(program.hessian).min()
+    largest = np.abs(program.rows).max(axis=1, initial=0.0)
+    size = np.where(largest > 0.0, largest, 1.0)
     hessian = np.zeros((n + len(soft),) * 2)
-    hessian[:n, :n] = program.hessian
-    hessian[range(n, n + len(soft)), range(n, n + len(soft))] = 2.0 * program.l2[soft]
+    hessian[:n, :n] = cost * program.hessian
+    hessian[range(n, n + len(soft)), range(n, n + len(soft))] = cost * 2.0 * (program.l2 * size**2)[soft]
     relief = np.zeros((len(program.rows), len(soft)))
     relief[soft, range(len(soft))] = -1.0
 
@@ -83,12 +93,12 @@ def solve(program: QuadraticProgram, options: QpOptions) -> tuple[Array, Status]
     solver.settings.eps_abs = solver.settings.eps_rel = options.tolerance
     solver.setup(
         hessian,
-        np.r_[program.gradient, program.l1[soft]],
+        cost * np.r_[program.gradient, (program.l1 * size)[soft]],
         None,
         None,
-        np.hstack([program.rows, relief]),
-        np.clip(program.row_lower, -INFINITE, INFINITE),
-        np.clip(program.row_upper, -INFINITE, INFINITE),
+        np.hstack([program.rows / size[:, None], relief]),
+        np.clip(program.row_lower / size, -INFINITE, INFINITE),
+        np.clip(program.row_upper / size, -INFINITE, INFINITE),
         np.clip(np.r_[program.lower, np.zeros(len(soft))], -INFINITE, INFINITE),
         np.clip(np.r_[program.upper, np.full(len(soft), INFINITE)], -INFINITE, INFINITE),
     )

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
+from rumo.checks import whole_number
 from rumo.controllers.base import Candidate, Controller
 from rumo.controllers.condensing import Condensed, condense, quadratic_program
 from rumo.controllers.fallback import Trajectory
 from rumo.controllers.qp import QpOptions, solve
 from rumo.discretization import Discretization
-from rumo.errors import ArgumentError
 from rumo.problem import Problem
 from rumo.signals import Array
-from rumo.status import Status
+
+# A guess farther from the dynamics than this share of what the inputs can do is not linearised about.
+STRAYED = 0.03
 
 
 class RealTimeIteration(Controller):
@@ -44,16 +46,20 @@ class RealTimeIteration(Controller):
         tolerance: float = 1e-9,
         qp: QpOptions | None = None,
     ) -> None:
-        if sqp_iterations < 1:
-            raise ArgumentError("sqp_iterations", repr(sqp_iterations), "a whole number of at least 1")
-        self.sqp_iterations = sqp_iterations
+        self.sqp_iterations = whole_number(sqp_iterations, "sqp_iterations", 1)
         self.tolerance = tolerance
         self.qp = qp or QpOptions()
         self._condensed: Condensed | None = None
         super().__init__(problem, discretization)
 
     def _prepare(self, guess: Trajectory) -> bool:
-        """Linearise about the guess, eliminate the implicit states, condense."""
+        # A plan made from a wild measurement would keep misleading its successors.
+        if not self._linearize(guess) or self._condensed is None:
+            return False
+        return guess.resting or self._condensed.straying < STRAYED
+
+    def _linearize(self, guess: Trajectory) -> bool:
+        """Linearise about the guess, eliminate the implicit states, condense; False if that gives no numbers."""
         stages = self.transcription.linearize(guess.x, guess.u)
         if not stages.finite:
             return False
@@ -66,12 +72,15 @@ class RealTimeIteration(Controller):
     def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
         candidate = self._iterate(x, window, guess)
         for _ in range(self.sqp_iterations - 1):
-            if candidate.status is Status.SOLVER_FAILED or self._converged(candidate.trajectory, guess):
+            if not candidate.status.solved or self._converged(candidate.trajectory, guess):
                 break
             guess = candidate.trajectory
-            if not self._prepare(guess):
-                return None
-            candidate = self._iterate(x, window, guess)
+            if not self._linearize(guess):
+                break
+            better = self._iterate(x, window, guess)
+            if not better.status.solved:
+                break
+            candidate = better
         return candidate
 
     def _iterate(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate:
@@ -91,8 +100,9 @@ class RealTimeIteration(Controller):
         dx = condensed.x_known @ known + condensed.x_free @ v
         du = np.vstack([du_decided, v.reshape(-1, nu) * problem.input_scales])
         trajectory = Trajectory(guess.u + du, np.vstack([x, guess.x[1:] + dx]))
+        # As linearised: a stiff model's constraints at states that satisfy the dynamics to first order say nothing.
         constraints = (condensed.g_known @ known + condensed.g_free @ v).reshape(problem.horizon, -1)
-        return Candidate.assess(trajectory, constraints, self.transcription.imposed, status)
+        return self._assess(trajectory, constraints, status)
 
     def _converged(self, new: Trajectory, old: Trajectory) -> bool:
         return np.allclose(new.u, old.u, rtol=self.tolerance, atol=self.tolerance) and np.allclose(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from rumo.model import Model
 
@@ -15,7 +15,7 @@ class ImplicitEuler:
     Source: the paper's equation (discrete-vector-field-detail); Hairer and Wanner (1996), ch. IV.3.
     """
 
-    order: int = 1
+    order: ClassVar[int] = 1
 
     def residual(self, model: Model, z: Any, x: Any, u: Any, p: Any, step: float) -> Any:
         """Phi = F(z, x, u) - z with `F = x + f(z, u, p) dt`."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import signal
 
+from rumo.checks import whole_number
 from rumo.errors import ArgumentError
 from rumo.problem import Problem
 from rumo.signals import Array
@@ -32,6 +33,7 @@ class Butterworth:
         nyquist = 0.5 / problem.sampling_time
         if not 0.0 < self.cutoff < nyquist:
             raise ArgumentError("cutoff", f"{self.cutoff:g} Hz", f"a frequency between 0 and {nyquist:g} Hz")
+        whole_number(self.order, "order", 1)
         sections = signal.butter(self.order, self.cutoff, fs=2.0 * nyquist, output="sos")
         angles = np.array([unit == "rad" for unit in problem.model.states.units])
         return RunningButterworth(np.asarray(sections), angles)

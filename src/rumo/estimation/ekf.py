@@ -32,11 +32,10 @@ class ExtendedKalman:
     process: Mapping[str, float]
 
     def start(self, problem: Problem) -> RunningExtendedKalman:
-        """Return a filter for the problem's model, discretised as the controller's."""
+        """Return a filter for the problem's model, discretised by implicit Euler; innovations in rad are wrapped."""
         states = problem.model.states
-        return RunningExtendedKalman(
-            Transcription(problem), _variances(states, self.noise, "noise"), _variances(states, self.process, "process")
-        )
+        noise, process = _variances(states, self.noise, "noise"), _variances(states, self.process, "process")
+        return RunningExtendedKalman(Transcription(problem), noise, process)
 
 
 def _variances(states: Signals, deviations: Mapping[str, float], argument: str) -> Array:
@@ -52,6 +51,7 @@ class RunningExtendedKalman:
 
     def __init__(self, transcription: Transcription, noise: Array, process: Array) -> None:
         self._transcription = transcription
+        self._angles = np.array([unit == "rad" for unit in transcription.problem.model.states.units])
         self._noise = noise
         self._process = process
         self._x: Array | None = None
@@ -64,9 +64,16 @@ class RunningExtendedKalman:
             if known.all():
                 self._x = measurement
             return measurement
-        x, covariance = self._predict(self._x, applied)
-        if known.any():
-            x, covariance = self._update(x, covariance, measurement, known)
+        try:
+            x, covariance = self._predict(self._x, applied)
+            if known.any():
+                x, covariance = self._update(x, covariance, measurement, known)
+        except np.linalg.LinAlgError:
+            x, covariance = np.full_like(measurement, np.nan), self._covariance
+        if not (np.isfinite(x).all() and np.isfinite(covariance).all()):
+            # The model has no value here: start anew at the next good sample.
+            self._x, self._covariance = None, np.diag(self._noise)
+            return measurement
         self._x, self._covariance = x, covariance
         return x
 
@@ -88,4 +95,6 @@ class RunningExtendedKalman:
         R = np.diag(self._noise[known])
         gain = np.linalg.solve(H @ covariance @ H.T + R, H @ covariance).T
         keep = np.eye(len(x)) - gain @ H
-        return x + gain @ (measurement[known] - x[known]), keep @ covariance @ keep.T + gain @ R @ gain.T
+        innovation = measurement - x
+        innovation -= np.where(self._angles, 2.0 * np.pi * np.round(innovation / (2.0 * np.pi)), 0.0)
+        return x + gain @ innovation[known], keep @ covariance @ keep.T + gain @ R @ gain.T

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ellipeinc
 
+from rumo.checks import as_numbers, positive_number
+from rumo.errors import ShapeError
 from rumo.signals import Array
 from rumo.vehicles.parameters import VehicleParameters
 
@@ -17,7 +19,11 @@ Reference = Callable[[Array], Mapping[str, Array]]
 
 def constant(values: Mapping[str, float]) -> Reference:
     """Hold each signal at a value."""
-    return lambda t: {name: np.full(np.shape(t), float(value)) for name, value in values.items()}
+    levels = {name: as_numbers(value, f"reference[{name!r}]") for name, value in values.items()}
+    for name, level in levels.items():
+        if level.ndim:
+            raise ShapeError(f"reference[{name!r}]", f"shape {level.shape}", "a number", "Give a function of times.")
+    return lambda t: {name: np.full(np.shape(t), level) for name, level in levels.items()}
 
 
 @dataclass(frozen=True)
@@ -42,6 +48,9 @@ class SinePath:
     speed: float = 8.0
     vehicle: VehicleParameters | None = None
 
+    def __post_init__(self) -> None:
+        positive_number(self.wavelength, "wavelength")
+
     def __call__(self, t: Array) -> dict[str, Array]:
         """Reference at times t (n,) [s]."""
         k = 2.0 * np.pi / self.wavelength
@@ -61,7 +70,7 @@ class SinePath:
             car = self.vehicle
             reference |= {
                 "v_y": car.l_r * omega,
-                "w_f": speed / car.r,
+                "w_f": speed * np.sqrt(1.0 + (car.wheelbase * curvature) ** 2) / car.r,
                 "w_r": speed / car.r,
                 "delta": np.arctan(car.wheelbase * curvature),
             }

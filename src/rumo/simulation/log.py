@@ -12,6 +12,7 @@ from rumo.controllers import Controller
 from rumo.model import Model
 from rumo.plan import Plan
 from rumo.signals import Array, Signals
+from rumo.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,8 +56,6 @@ class Recorder:
     def dataset(self) -> xr.Dataset:
         """Everything recorded, dimensions named, units in attributes and in a `..._unit` coordinate."""
         import xarray as xr  # heavy; a controller alone does without it
-
-        from rumo import __version__
 
         problem, plant = self._controller.problem, self._plant
         model = problem.model

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rumo.checks import as_mapping, checked, whole_number
 from rumo.controllers import Controller
 from rumo.errors import ArgumentError, PlantError
 from rumo.model import Model
@@ -16,7 +17,7 @@ from rumo.references import Reference, constant
 from rumo.signals import Array, Values
 from rumo.simulation.log import Recorder
 from rumo.simulation.plant import Plant
-from rumo.simulation.sensors import Sensors, observation
+from rumo.simulation.sensors import Sensors, observation, require_same_units
 from rumo.simulation.wind import Disturbance
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 def simulate(
     controller: Controller,
-    plant: Model,
+    plant: Model | Plant,
     x: Values,
     reference: Reference | Mapping[str, float],
     duration: float,
@@ -45,9 +46,9 @@ def simulate(
     ----------
     controller : Controller
         It is reset first.
-    plant : Model
-        What is controlled. Its inputs include the controller's; each state of the controller's model is one of its
-        states or outputs.
+    plant : Model or Plant
+        What is controlled; a `Plant` where tolerances or scales matter. Its inputs include the controller's, further
+        ones stay 0; each state of the controller's model is one of its states or outputs, in the same unit.
     x : mapping or sequence, (plant nx,)
         Initial state of the plant.
     reference : callable or mapping of str to float
@@ -77,15 +78,23 @@ def simulate(
     PlantError
         If the plant cannot be integrated; its `log` has the run so far.
     """
-    problem = controller.problem
+    problem = checked(controller, "controller", Controller).problem
     model, dt = problem.model, problem.sampling_time
-    if not duration >= dt:
-        raise ArgumentError("duration", f"{duration!r}", f"at least one sampling time of {dt:g} s")
+    integrator = plant if isinstance(plant, Plant) else Plant(checked(plant, "plant", Model), dt)
+    plant = integrator.model
+    if integrator.sampling_time != dt:
+        raise ArgumentError("plant", f"a sampling time of {integrator.sampling_time:g} s", f"the problem's {dt:g} s")
+    if not dt <= duration < np.inf:
+        raise ArgumentError("duration", f"{duration!r}", f"at least one sampling time of {dt:g} s, finite")
+    whole_number(seed, "seed", 0)
     for name in model.inputs:
         plant.inputs.index(name, "plant")
+    require_same_units(plant, model, model.inputs)
     state = plant.states.finite_vector(x, "x")
     reference = constant(reference) if isinstance(reference, Mapping) else reference
-    sensors = sensors or Sensors()
+    if not callable(reference):
+        raise ArgumentError("reference", repr(reference), "a function of times, or a mapping from names to numbers")
+    sensors = Sensors() if sensors is None else checked(sensors, "sensors", Sensors)
 
     steps = round(duration / dt)
     times = dt * np.arange(steps)
@@ -100,7 +109,6 @@ def simulate(
 
     controller.reset(applied=applied)
     decided = deque(controller.applied[: problem.delay])
-    integrator = Plant(plant, dt)
     columns = [plant.inputs.index(name) for name in model.inputs]
     held = np.zeros(len(plant.inputs))
     held[columns] = controller.applied[0]
@@ -109,7 +117,7 @@ def simulate(
     for k, t in enumerate(times):
         measured = observe(state + noise[k], held, parameters[k]).full().ravel()
         estimated = measured if estimate is None else estimate(measured, held[columns])
-        window = reference(t + ahead)
+        window = as_mapping(reference(t + ahead), "reference(t)")
         plan = controller.step(estimated, window)
         decided.append(plan.command.values)
         held[columns] = decided.popleft()
@@ -133,4 +141,4 @@ def simulate(
 
 
 def _now(window: Mapping[str, Array], outputs: tuple[str, ...]) -> Array:
-    return np.array([np.atleast_1d(window[name])[0] for name in outputs])
+    return np.array([np.ravel(window[name])[0] for name in outputs])

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import casadi as ca
 import numpy as np
 
+from rumo.checks import positive_number
 from rumo.errors import PlantError
 from rumo.model import Model
 from rumo.signals import Array
@@ -20,16 +23,29 @@ class Plant:
     sampling_time : float
         Interval over which the input is held [s].
     tolerance : float
-        Relative and absolute tolerance, in the states' units.
+        Relative tolerance, and absolute tolerance in units of `scales`.
+    scales : mapping of str to float, optional
+        Size below which a state does not matter, in its unit; 1 where not given.
     """
 
-    def __init__(self, model: Model, sampling_time: float, tolerance: float = 1e-8) -> None:
+    def __init__(
+        self,
+        model: Model,
+        sampling_time: float,
+        tolerance: float = 1e-8,
+        scales: Mapping[str, float] | None = None,
+    ) -> None:
         self.model = model
+        self.sampling_time = positive_number(sampling_time, "sampling_time")
+        tolerance = positive_number(tolerance, "tolerance")
+        self._scales = model.states.finite_vector(scales or {}, "scales", np.ones(len(model.states)))
+        for name, scale in zip(model.states, self._scales, strict=True):
+            positive_number(scale, f"scales[{name!r}]")
         held = ca.vertcat(model.u, model.p)
         self._integrate = ca.integrator(
             "plant",
             "cvodes",
-            {"x": model.x, "p": held, "ode": model.f(model.x, model.u, model.p)},
+            {"x": model.x, "p": held, "ode": model.f(model.x * self._scales, model.u, model.p) / self._scales},
             0.0,
             sampling_time,
             {
@@ -50,7 +66,7 @@ class Plant:
             If the integration fails or ends in a state that is not finite.
         """
         try:
-            end = self._integrate(x0=x, p=np.r_[u, p])["xf"].full().ravel()
+            end = self._integrate(x0=x / self._scales, p=np.r_[u, p])["xf"].full().ravel() * self._scales
         except RuntimeError as error:
             raise PlantError(f"CVODES could not integrate {self.model.name} from x = {x.tolist()}: {error}") from None
         if not np.isfinite(end).all():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -31,11 +31,25 @@ class Sensors:
 
     def deviations(self, plant: Model) -> Array:
         """Standard deviation of each plant state's noise (nx,)."""
+        if self.estimator is not None and isinstance(self.estimator, type):
+            raise ArgumentError("estimator", self.estimator.__name__, "settings such as Butterworth(cutoff=3.5)")
         sigma = plant.states.finite_vector(dict(self.noise), "noise", np.zeros(len(plant.states)))
         for name, value in self.noise.items():
             if value < 0.0:
                 raise ArgumentError(f"noise[{name!r}]", f"{value:g}", "a standard deviation of 0 or more")
         return sigma
+
+
+def require_same_units(plant: Model, model: Model, names: Iterable[str]) -> None:
+    """Raise if a signal that plant and model share has another unit in each."""
+    for name in names:
+        if plant.unit(name) != model.unit(name):
+            raise ArgumentError(
+                "plant",
+                f"{name!r} in {plant.unit(name)}",
+                f"the controller's unit, {model.unit(name)}",
+                "Rumo does not convert units.",
+            )
 
 
 def observation(plant: Model, model: Model) -> ca.Function:
@@ -46,5 +60,6 @@ def observation(plant: Model, model: Model) -> ca.Function:
             raise UnknownNameError(
                 "plant", name, known, f"Give {plant.name} an output of this name: the controller needs it as a state."
             )
+    require_same_units(plant, model, model.states)
     rows = [plant.expression(name, "plant") for name in model.states]
     return ca.Function("observation", [plant.x, plant.u, plant.p], [ca.vertcat(*rows)])

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from rumo.checks import positive_number
 from rumo.signals import Array
 
 
@@ -66,6 +67,9 @@ class OrnsteinUhlenbeck:
     std: float
     correlation_time: float
 
+    def __post_init__(self) -> None:
+        positive_number(self.correlation_time, "correlation_time")
+
     def sample(self, times: Array, rng: np.random.Generator) -> Array:
         """Values (K,), see `Disturbance`."""
         noise = rng.standard_normal(len(times))
@@ -93,6 +97,9 @@ class Gust:
     peak: float
     start: float
     duration: float
+
+    def __post_init__(self) -> None:
+        positive_number(self.duration, "duration")
 
     def sample(self, times: Array, rng: np.random.Generator) -> Array:
         """Values (K,), see `Disturbance`."""

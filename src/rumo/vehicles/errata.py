@@ -18,7 +18,7 @@ class AsPrinted:
     signed_slip : bool
         `v_x` as the denominator of the slips instead of `sqrt(v_x^2 + eps^2)`; divides by zero at standstill.
     slip_at_center : bool
-        Slip angles and ratios of the plant from the velocity at the centre of gravity instead of at each wheel.
+        Slip angles and ratios from the velocity at the centre of gravity instead of at each wheel.
     full_weight_friction : bool
         Friction circle `(mu m g)^2` for a single tyre instead of `(mu F_z)^2` with its static load.
     """

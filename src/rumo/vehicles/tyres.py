@@ -20,13 +20,32 @@ EPS_SPEED = 0.1
 class Tyre(Protocol):
     """A tyre model."""
 
-    def force(self, tyre: TyreParameters, sigma: Any, tan_alpha: Any, F_z: Any) -> tuple[Any, Any]:
-        """Forces (F_x, F_y) [N] at slip ratio sigma, tangent of the slip angle and normal load F_z [N]."""
+    def force(
+        self, tyre: TyreParameters, sigma: Any, tan_alpha: Any, F_z: Any, direction: Any = 1.0
+    ) -> tuple[Any, Any]:
+        """Forces (F_x, F_y) of a tyre.
+
+        Parameters
+        ----------
+        tyre : TyreParameters
+            Stiffness and friction.
+        sigma, tan_alpha : expression
+            Slip ratio over the speed's magnitude, tangent of the slip angle.
+        F_z : expression
+            Normal load [N].
+        direction : expression
+            1 when the wheel moves forwards, -1 in reverse, smooth between.
+
+        Returns
+        -------
+        tuple of expression
+            Force along the wheel plane and to its left [N].
+        """
         ...
 
 
-def slip(v_lon: Any, v_lat: Any, wheel_speed: Any, r: float) -> tuple[Any, Any]:
-    """Slip ratio and tangent of the slip angle of a wheel.
+def slip(v_lon: Any, v_lat: Any, wheel_speed: Any, r: float) -> tuple[Any, Any, Any]:
+    """Slip ratio, tangent of the slip angle and direction of motion of a wheel.
 
     Parameters
     ----------
@@ -43,14 +62,16 @@ def slip(v_lon: Any, v_lat: Any, wheel_speed: Any, r: float) -> tuple[Any, Any]:
     force always opposes the sliding, in reverse too.
     """
     speed = ca.sqrt(v_lon**2 + EPS_SPEED**2)
-    return (r * wheel_speed - v_lon) / speed, -v_lat / speed
+    return (r * wheel_speed - v_lon) / speed, -v_lat / speed, v_lon / speed
 
 
 @dataclass(frozen=True)
 class LinearTyre:
     """Forces proportional to the slips: equations (longitudinal-force) and (lateral-force)."""
 
-    def force(self, tyre: TyreParameters, sigma: Any, tan_alpha: Any, F_z: Any) -> tuple[Any, Any]:
+    def force(
+        self, tyre: TyreParameters, sigma: Any, tan_alpha: Any, F_z: Any, direction: Any = 1.0
+    ) -> tuple[Any, Any]:
         """Forces (F_x, F_y) [N], see `Tyre`."""
         return tyre.C_s * sigma, tyre.C_a * ca.atan(tan_alpha)
 
@@ -59,9 +80,11 @@ class LinearTyre:
 class Dugoff:
     """Dugoff's tyre: linear at small slip, limited by friction (Dugoff, Fancher and Segel, 1970)."""
 
-    def force(self, tyre: TyreParameters, sigma: Any, tan_alpha: Any, F_z: Any) -> tuple[Any, Any]:
+    def force(
+        self, tyre: TyreParameters, sigma: Any, tan_alpha: Any, F_z: Any, direction: Any = 1.0
+    ) -> tuple[Any, Any]:
         """Forces (F_x, F_y) [N], see `Tyre`."""
-        demand_x, demand_y, share = _dugoff(tyre, sigma, tan_alpha, F_z)
+        demand_x, demand_y, share = _dugoff(tyre, sigma, tan_alpha, F_z, direction)
         return share * demand_x, share * demand_y
 
 
@@ -82,27 +105,30 @@ class ModifiedDugoff:
     c_s: float = 1.27
     c_a: float = 1.155
 
-    def force(self, tyre: TyreParameters, sigma: Any, tan_alpha: Any, F_z: Any) -> tuple[Any, Any]:
+    def force(
+        self, tyre: TyreParameters, sigma: Any, tan_alpha: Any, F_z: Any, direction: Any = 1.0
+    ) -> tuple[Any, Any]:
         """Forces (F_x, F_y) [N], see `Tyre`."""
         mu = tyre.mu
-        demand_x, demand_y, share = _dugoff(tyre, sigma, tan_alpha, F_z)
+        demand_x, demand_y, share = _dugoff(tyre, sigma, tan_alpha, F_z, direction)
         s, t = ca.fmin(ca.fabs(sigma), 1.0), ca.fmin(ca.fabs(tan_alpha), 1.0)
         G_s = (1.15 - 0.75 * mu) * s**2 - (1.63 - 0.75 * mu) * s + self.c_s
         G_a = ca.fmax((mu - 1.6) * t + self.c_a, 0.0)
         return share * demand_x * G_s, share * demand_y * G_a
 
 
-def _dugoff(tyre: TyreParameters, sigma: Any, tan_alpha: Any, F_z: Any) -> tuple[Any, Any, Any]:
+def _dugoff(tyre: TyreParameters, sigma: Any, tan_alpha: Any, F_z: Any, direction: Any) -> tuple[Any, Any, Any]:
     """Linear forces at full sliding speed, and the share H/k of them that friction allows.
 
     Dugoff's `F = C slip / (1 + sigma) f(lambda)` with `lambda = mu F_z (1 + sigma) / (2 k)` equals `C slip H / k` with
-    `H = k/d` up to `k = mu F_z d / 2` and `H = mu F_z (1 - mu F_z d / (4 k))` beyond, d = 1 + sigma: no division by
-    zero in the linear part, at zero slip or where the wheel stands.
+    `H = k/d` up to `k = mu F_z d / 2` and `H = mu F_z (1 - mu F_z d / (4 k))` beyond, d = 1 + sigma,
+    the wheel's own speed over that of its centre: no division by zero in the linear part, at zero slip or where the
+    wheel stands.
     """
     demand_x, demand_y = tyre.C_s * sigma, tyre.C_a * tan_alpha
     limit = tyre.mu * F_z
     # A wheel turning against its motion (sigma < -1) is a locked one as far as friction goes.
-    d = ca.fmax(1.0 + sigma, 0.0)
+    d = ca.fmax(1.0 + direction * sigma, 0.0)
     tiny = 1e-6 * limit
     k = ca.sqrt(demand_x**2 + demand_y**2 + tiny**2)
     sliding = k > 0.5 * limit * d

@@ -1,0 +1,63 @@
+"""Checks of arguments: each returns the value in its proper form or raises, naming the argument."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rumo.errors import ArgumentError, ShapeError
+
+T = TypeVar("T")
+
+
+def whole_number(value: object, argument: str, least: int) -> int:
+    """`value` as an int of at least `least`; anything else raises, naming `argument`."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise ArgumentError(argument, repr(value), f"a whole number of at least {least}")
+    return int(value)
+
+
+def positive_number(value: object, argument: str) -> float:
+    """`value` as a positive finite float; anything else raises, naming `argument`."""
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
+        raise ArgumentError(argument, repr(value), "a positive number")
+    number = float(value)  # pyright: ignore[reportArgumentType] -- NumPy's complex numbers fail here, loudly
+    if not 0.0 < number < np.inf:
+        raise ArgumentError(argument, repr(value), "a positive finite number")
+    return number
+
+
+def as_numbers(value: object, argument: str) -> NDArray[np.floating[Any]]:
+    """`value` as an array of floats."""
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ShapeError(argument, repr(value), "numbers") from None
+
+
+def as_mapping(value: object, argument: str) -> dict[str, Any]:
+    """`value` as a dict, empty for None; anything but a mapping raises."""
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise ArgumentError(argument, repr(value), "a mapping from names")
+    return dict(value)
+
+
+def checked_items(items: object, argument: str, kind: type[T], example: str) -> dict[str, T]:
+    """`items` as a dict whose values are of a kind; `example` shows how to write one."""
+    found = as_mapping(items, argument)
+    for name, item in found.items():
+        checked(item, f"{argument}[{name!r}]", kind, f"Write {example}.")
+    return found
+
+
+def checked(value: object, argument: str, kind: type[T], cure: str = "") -> T:
+    """`value`, which must be of a kind."""
+    if not isinstance(value, kind):
+        shown = value.__name__ if isinstance(value, type) else repr(value)
+        raise ArgumentError(argument, shown, f"a rumo.{kind.__name__}", cure)
+    return value
