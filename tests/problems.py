@@ -26,7 +26,7 @@ def pendulum(**changes):
         "moves": {"torque": rumo.Weight(0.1, range=4.0)},
         "bounds": {"torque": (-2.0, 2.0)},
     }
-    return rumo.Problem(model, **(settings | changes))
+    return rumo.Problem(**({"model": model} | settings | changes))
 
 
 def car(speed=8.0, wavelength=60.0, penalty=None, weights=None):

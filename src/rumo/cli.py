@@ -7,8 +7,9 @@ import sys
 import tempfile
 from collections.abc import Generator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -17,7 +18,7 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 import rumo
-from rumo.errors import ArgumentError, RumoError
+from rumo.errors import ArgumentError, PlantError, RumoError
 from rumo.report.tables import Table, claims_table, controllers_table
 
 app = typer.Typer(
@@ -73,9 +74,19 @@ def paper(
         folder = _writable(output)
         with _progress() as progress:
             tasks = {name: progress.add_task(name, total=None) for name in settings.controllers}
-            logs = settings.run(lambda name, done, steps: progress.update(tasks[name], completed=done, total=steps))
-            for name, log in logs.items():
-                save(log, folder / f"log-{name}.nc")
+            logs: dict[str, Any] = {}
+            for name in settings.controllers:
+                drive = replace(settings, controllers=(name,))
+                try:
+                    logs |= drive.run(
+                        lambda name, done, steps: progress.update(tasks[name], completed=done, total=steps)
+                    )
+                except PlantError as error:
+                    # What was driven so far is kept.
+                    if error.log is not None:
+                        save(error.log, folder / f"log-{name}.nc")
+                    raise
+                save(logs[name], folder / f"log-{name}.nc")
             content = summary(logs)
             text = json.dumps(content, indent=2, allow_nan=False)
             (folder / "summary.json").write_text(text + "\n", encoding="utf-8")

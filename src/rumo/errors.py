@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import Any
 
 
 class RumoError(Exception):
@@ -59,6 +60,6 @@ class PlantError(RumoError, RuntimeError):
         Everything recorded before the failure.
     """
 
-    def __init__(self, message: str, log: object = None) -> None:
+    def __init__(self, message: str, log: Any = None) -> None:
         super().__init__(message)
         self.log = log

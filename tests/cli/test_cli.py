@@ -106,3 +106,22 @@ def test_import_leaves_the_heavy_libraries_alone():
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"
+
+
+def test_a_plant_that_fails_leaves_what_was_driven(tmp_path, monkeypatch):
+    from rumo.simulation import Plant, load
+
+    advance, samples = Plant.advance, iter(range(10))
+
+    def failing(self, x, u, p):
+        if next(samples) == 5:
+            raise rumo.PlantError("the road ended")
+        return advance(self, x, u, p)
+
+    monkeypatch.setattr(Plant, "advance", failing)
+    result = runner.invoke(
+        app, ["study", "paper", "--duration", "0.8", "--controllers", "rti", "--output", str(tmp_path)]
+    )
+    assert result.exit_code == 2
+    assert "At t = 0.2 s: the road ended" in result.output
+    assert load(tmp_path / "log-rti.nc").sizes["time"] == 6

@@ -2,6 +2,7 @@
 
 import re
 
+import casadi as ca
 import numpy as np
 import pytest
 from problems import pendulum
@@ -46,6 +47,52 @@ def test_missing_entries_are_predicted():
     A = np.linalg.inv(np.eye(2) - dt * np.array([[0.0, 1.0], [-9.81, 0.0]]))
     np.testing.assert_allclose(estimate, A @ (np.array([0.2, 0.1]) + dt * np.array([0.0, 1.5])), rtol=1e-12)
     assert np.isfinite(running(np.array([0.2, np.nan]), np.zeros(1))).all()
+
+
+def test_angles_turn_around():
+    running = ExtendedKalman(NOISE, PROCESS).start(spinning())
+    estimates = []
+    for k in range(60):
+        angle = 2.0 * k * 0.05  # 2 rad/s: once around, measured between -pi and pi
+        estimates.append(running(np.array([np.angle(np.exp(1j * angle)), 2.0]), np.zeros(1))[0])
+    np.testing.assert_allclose(estimates, 2.0 * 0.05 * np.arange(60), atol=1e-9)
+
+
+def spinning():
+    model = rumo.Model(
+        states={"angle": "rad", "rate": "rad/s"},
+        inputs={"torque": "N m"},
+        dynamics=lambda x, u, p: {"angle": x.rate, "rate": u.torque},
+    )
+    return pendulum(model=model)
+
+
+def test_memory_stays_sound_where_the_model_has_no_value():
+    model = rumo.Model(
+        states={"level": "m"},
+        inputs={"flow": "m^3/s"},
+        dynamics=lambda x, u, p: {"level": u.flow - ca.sqrt(x.level)},
+    )
+    problem = rumo.Problem(
+        model,
+        horizon=5,
+        sampling_time=0.1,
+        track={"level": rumo.Weight(1.0)},
+        moves={"flow": rumo.Weight(1.0)},
+    )
+    running = ExtendedKalman({"level": 0.1}, {"level": 0.1}).start(problem)
+    for level in (0.5, 0.4, -0.3, -0.3, 0.4, 0.4):
+        estimate = running(np.array([level]), np.array([0.6]))
+    assert estimate[0] == pytest.approx(0.4, abs=0.05)
+
+
+def test_a_singular_prediction_starts_anew():
+    model = rumo.Model(states={"a": "1"}, inputs={"push": "1"}, dynamics=lambda x, u, p: {"a": 10.0 * x.a + u.push})
+    problem = rumo.Problem(
+        model, horizon=5, sampling_time=0.1, track={"a": rumo.Weight(1.0)}, moves={"push": rumo.Weight(1.0)}
+    )
+    running = ExtendedKalman({"a": 0.1}, {"a": 0.1}).start(problem)
+    assert [running(np.array([value]), np.zeros(1))[0] for value in (1.0, 2.0, 3.0)] == [1.0, 2.0, 3.0]
 
 
 @pytest.mark.parametrize(

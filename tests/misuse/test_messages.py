@@ -8,8 +8,10 @@ import pytest
 from problems import pendulum
 
 import rumo
+from rumo.estimation import Butterworth
+from rumo.references import SinePath
 from rumo.registry import CONTROLLERS
-from rumo.simulation import Sensors
+from rumo.simulation import Gust, OrnsteinUhlenbeck, Plant, Sensors
 from rumo.vehicles import PAPER_CAR, four_wheel
 
 W = rumo.Weight
@@ -58,6 +60,23 @@ MODEL_MISTAKES = {
         "dynamics['rate']: got the foreign symbol 'gravity', expected an expression of the states, inputs and "
         "parameters. Declare it as a parameter of the model.",
     ),
+    "comparison": (
+        {"dynamics": lambda x, u, p: {"angle": x.rate, "rate": x.angle <= 1.0}},
+        "expected an expression with a value. Write x - 1.0 for x <= 1.0.",
+    ),
+    "NaN in dynamics": (
+        {"dynamics": lambda x, u, p: {"angle": x.rate, "rate": u.torque + np.nan}},
+        "with NaN or infinity in it, expected finite numbers.",
+    ),
+    "parameter is a number": (
+        {"parameters": {"mass": 1.0}},
+        "parameters['mass']: got 1.0, expected a rumo.Parameter. Write rumo.Parameter(\"kg\", 1.0).",
+    ),
+    "output is a function": (
+        {"outputs": {"height": lambda x, u, p: x.angle}},
+        "expected a rumo.Output. Write rumo.Output(",
+    ),
+    "private name": ({"inputs": {"_torque": "N m"}}, "inputs: got the name '_torque', expected a Python identifier"),
     "not an expression": (
         {"dynamics": lambda x, u, p: {"angle": x.rate, "rate": "torque"}},
         "dynamics['rate']: got 'torque', expected a CasADi SX expression or a number.",
@@ -138,6 +157,30 @@ PROBLEM_MISTAKES = {
         {"constraints": {"torque limit": rumo.Constraint(lambda x, u, p: u.torque)}},
         "constraints: got the name 'torque limit', expected a Python identifier such as 'yaw_rate'.",
     ),
+    "constraint on nothing": (
+        {"constraints": {"limit": rumo.Constraint(lambda x, u, p: p.gravity - 10.0)}},
+        "which neither states nor inputs change, expected an expression of states or inputs.",
+    ),
+    "constraint without a function": (
+        {"constraints": {"limit": rumo.Constraint(5.0)}},
+        "constraints['limit']: got 5.0, expected a function (x, u, p) -> expression.",
+    ),
+    "comparison as constraint": (
+        {"constraints": {"limit": rumo.Constraint(lambda x, u, p: x.angle <= 0.2)}},
+        "expected an expression with a value. Write x - 1.0 for x <= 1.0.",
+    ),
+    "penalty is text": (
+        {"constraints": {"limit": rumo.Constraint(lambda x, u, p: x.angle, rumo.Penalty("high"))}},
+        "constraints['limit'].penalty.l1: got 'high', expected a number.",
+    ),
+    "model is no model": ({"model": "pendulum"}, "model: got 'pendulum', expected a rumo.Model."),
+    "track is a list": ({"track": ["angle"]}, "track: got ['angle'], expected a mapping from names."),
+    "weight is text": ({"track": {"angle": W("high")}}, "track['angle']: got 'high', expected numbers."),
+    "bounds of None": (
+        {"bounds": {"rate": rumo.Bounds(None, 2.0)}},
+        "bounds['rate']: got (None, 2.0), expected a pair",
+    ),
+    "safe input is a list": ({"safe_input": [1.0]}, "safe_input: got [1.0], expected a mapping from names."),
     "penalty of zero": (
         {"constraints": {"limit": rumo.Constraint(lambda x, u, p: x.angle, rumo.Penalty(0.0))}},
         "constraints['limit'].penalty: got l1=0, l2=0, expected l1 > 0 and l2 >= 0, both finite.",
@@ -234,6 +277,31 @@ def test_ltv_needs_every_state():
         controller.step([0.0, 0.0], {"angle": 0.0})
 
 
+def test_a_controller_needs_a_problem():
+    with pytest.raises(
+        rumo.ArgumentError, match=re.escape("problem: got Model(model: 2 states, 1 inputs), expected a")
+    ):
+        rumo.RealTimeIteration(model())
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: rumo.QpOptions(max_iterations=2.5), "QpOptions.max_iterations: got 2.5, expected a whole number"),
+        (lambda: rumo.QpOptions(tolerance=0.0), "QpOptions.tolerance: got 0.0, expected a positive finite number"),
+        (lambda: rumo.NlpOptions(tolerance=-1.0), "NlpOptions.tolerance: got -1.0, expected a positive finite number"),
+        (lambda: rumo.NlpOptions(max_iterations=-1), "NlpOptions.max_iterations: got -1, expected a whole number"),
+        (lambda: rumo.NlpOptions(max_wall_time=0.0), "NlpOptions.max_wall_time: got 0.0, expected a positive"),
+        (lambda: Gust(1.0, 2.0, start=0.0, duration=0.0), "duration: got 0.0, expected a positive finite number"),
+        (lambda: OrnsteinUhlenbeck(1.0, 2.0, 0.0), "correlation_time: got 0.0, expected a positive finite number"),
+        (lambda: SinePath(wavelength=0.0), "wavelength: got 0.0, expected a positive finite number"),
+    ],
+)
+def test_options(make, message):
+    with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
+        make()
+
+
 def test_sqp_iterations():
     with pytest.raises(rumo.ArgumentError, match="sqp_iterations: got 0, expected a whole number of at least 1"):
         rumo.RealTimeIteration(pendulum(), sqp_iterations=0)
@@ -244,6 +312,28 @@ SIMULATION_MISTAKES = {
     "NaN initial state": ({"x": [0.0, np.nan]}, "x['rate']: got nan, expected a finite number."),
     "no time": ({"duration": 0.0}, "duration: got 0.0, expected at least one sampling time of 0.05 s, finite."),
     "NaN time": ({"duration": np.nan}, "duration: got nan, expected at least one sampling time"),
+    "no end": ({"duration": np.inf}, "duration: got inf, expected at least one sampling time of 0.05 s, finite."),
+    "negative seed": ({"seed": -1}, "seed: got -1, expected a whole number of at least 0."),
+    "reference is a number": ({"reference": 3.0}, "reference: got 3.0, expected a function of times, or a mapping"),
+    "reference is arrays": (
+        {"reference": {"angle": np.zeros(21)}},
+        "reference['angle']: got shape (21,), expected a number. Give a function of times.",
+    ),
+    "reference returns an array": ({"reference": np.zeros_like}, "reference(t): got array("),
+    "sensors are a mapping": ({"sensors": {"angle": 0.1}}, "sensors: got {'angle': 0.1}, expected a rumo.Sensors."),
+    "estimator is a class": (
+        {"sensors": Sensors(estimator=Butterworth)},
+        "estimator: got Butterworth, expected settings such as Butterworth(cutoff=3.5).",
+    ),
+    "plant is no model": ({"plant": "pendulum"}, "plant: got 'pendulum', expected a rumo.Model."),
+    "plant in other units": (
+        {"plant": model(states={"angle": "deg", "rate": "rad/s"})},
+        "plant: got 'angle' in deg, expected the controller's unit, rad. Rumo does not convert units.",
+    ),
+    "plant with another clock": (
+        {"plant": Plant(model(), 0.1)},
+        "plant: got a sampling time of 0.1 s, expected the problem's 0.05 s.",
+    ),
     "unknown noise": (
         {"sensors": Sensors({"angel": 0.1})},
         "noise: got 'angel', expected one of angle, rate. Did you mean 'angle'?",

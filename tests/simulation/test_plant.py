@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from problems import pendulum
 from scipy.linalg import expm
 
 import rumo
@@ -98,3 +99,28 @@ def test_plant_survives_a_failure():
     with pytest.raises(rumo.PlantError):
         plant.advance(np.array([100.0]), np.zeros(1), NOTHING)
     np.testing.assert_array_equal(plant.advance(np.array([0.1]), np.zeros(1), NOTHING), fresh)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e6])
+def test_scales_keep_small_states_exact(size):
+    model = rumo.Model(
+        states={"a": "1", "b": "1"},
+        inputs={"push": "1"},
+        dynamics=lambda x, u, p: {"a": x.b, "b": -x.a + 0.0 * u.push},
+    )
+    plant = Plant(model, 1.0, tolerance=1e-10, scales={"a": size, "b": size})
+    end = plant.advance(np.array([size, 0.0]), np.zeros(1), np.zeros(0))
+    np.testing.assert_allclose(end / size, [np.cos(1.0), -np.sin(1.0)], atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"sampling_time": 0.0}, "sampling_time: got 0.0, expected a positive"),
+        ({"sampling_time": 0.1, "tolerance": -1.0}, "tolerance: got -1.0, expected a positive"),
+        ({"sampling_time": 0.1, "scales": {"angle": 0.0}}, "scales"),
+    ],
+)
+def test_settings_are_checked(settings, message):
+    with pytest.raises(rumo.ArgumentError, match=message):
+        Plant(pendulum().model, **settings)

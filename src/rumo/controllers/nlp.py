@@ -15,6 +15,7 @@ from rumo.controllers.base import Candidate, Controller
 from rumo.controllers.condensing import eliminate
 from rumo.controllers.fallback import Trajectory
 from rumo.discretization import Discretization
+from rumo.errors import RumoError
 from rumo.problem import Problem
 from rumo.signals import Array, Values
 from rumo.status import Status
@@ -139,6 +140,7 @@ class DirectNlp(Controller):
             "warm_start_slack_bound_push": 1e-6,
             # A third of the iterations of a monotone barrier from a warm start, a ninth from a cold one.
             "mu_strategy": "adaptive",
+            "adaptive_mu_globalization": "kkt-error",
             # The rows of stiff states are thousands of times larger than others; IPOPT's own limit of 100 leaves one
             # cold start in five unsolved, 1 none.
             "nlp_scaling_max_gradient": 1.0,
@@ -213,9 +215,12 @@ class DirectNlp(Controller):
 
 @cache
 def linear_solver() -> str:
-    """MA27 where IPOPT has it, MUMPS otherwise."""
+    """MA27 where IPOPT has it, MUMPS otherwise; solving once loads it, so that no step has to."""
     x = ca.SX.sym("x")
-    options = {"ipopt": {"print_level": 0, "sb": "yes", "linear_solver": "ma27"}, "print_time": False}
-    solver = ca.nlpsol("probe", "ipopt", {"x": x, "f": (x - 1.0) ** 2}, {**options, "error_on_fail": False})
-    solver(x0=0.0)
-    return "ma27" if solver.stats()["success"] else "mumps"
+    for name in ("ma27", "mumps"):
+        options = {"ipopt": {"print_level": 0, "sb": "yes", "linear_solver": name}, "print_time": False}
+        solver = ca.nlpsol("probe", "ipopt", {"x": x, "f": (x - 1.0) ** 2}, {**options, "error_on_fail": False})
+        solver(x0=0.0)
+        if solver.stats()["success"]:
+            return name
+    raise RumoError("IPOPT as CasADi brings it has neither MA27 nor MUMPS: reinstall casadi.")
