@@ -1,5 +1,6 @@
 """Control problems that several tests solve."""
 
+import casadi as ca
 import numpy as np
 
 import rumo
@@ -27,6 +28,23 @@ def pendulum(**changes):
         "bounds": {"torque": (-2.0, 2.0)},
     }
     return rumo.Problem(**({"model": model} | settings | changes))
+
+
+def tank(sampling_time=0.5):
+    """Hold the level of a tank; its model has no value at negative levels, where an extrapolated guess may well be."""
+    model = rumo.Model(
+        states={"level": "m"},
+        inputs={"flow": "m^3/s"},
+        dynamics=lambda x, u, p: {"level": u.flow - ca.sqrt(x.level)},
+    )
+    return rumo.Problem(
+        model,
+        horizon=10,
+        sampling_time=sampling_time,
+        track={"level": rumo.Weight(1.0)},
+        moves={"flow": rumo.Weight(0.01)},
+        bounds={"flow": (0.0, 2.0)},
+    )
 
 
 def car(speed=8.0, wavelength=60.0, penalty=None, weights=None):

@@ -109,3 +109,14 @@ def test_an_output_may_be_any_expression():
         rumo.RealTimeIteration(itself).step([1.0, 0.5], {"alias": 0.2}).u.values,
         rumo.RealTimeIteration(direct).step([1.0, 0.5], {"b": 0.2}).u.values,
     )
+
+
+def test_applied_inputs_by_name_or_by_position():
+    plans = []
+    for applied in ({"torque": 0.4}, [0.4], [[0.4]]):
+        controller = rumo.RealTimeIteration(pendulum())
+        controller.reset(applied=applied)
+        plans.append(controller.step([0.3, -0.2], {"angle": 0.4}).u.values)
+    assert plans[0][0, 0] == 0.4
+    np.testing.assert_array_equal(plans[1], plans[0])
+    np.testing.assert_array_equal(plans[2], plans[0])

@@ -2,10 +2,9 @@
 
 import re
 
-import casadi as ca
 import numpy as np
 import pytest
-from problems import pendulum
+from problems import pendulum, tank
 from scipy.linalg import solve_discrete_are
 
 import rumo
@@ -68,19 +67,7 @@ def spinning():
 
 
 def test_memory_stays_sound_where_the_model_has_no_value():
-    model = rumo.Model(
-        states={"level": "m"},
-        inputs={"flow": "m^3/s"},
-        dynamics=lambda x, u, p: {"level": u.flow - ca.sqrt(x.level)},
-    )
-    problem = rumo.Problem(
-        model,
-        horizon=5,
-        sampling_time=0.1,
-        track={"level": rumo.Weight(1.0)},
-        moves={"flow": rumo.Weight(1.0)},
-    )
-    running = ExtendedKalman({"level": 0.1}, {"level": 0.1}).start(problem)
+    running = ExtendedKalman({"level": 0.1}, {"level": 0.1}).start(tank(sampling_time=0.1))
     for level in (0.5, 0.4, -0.3, -0.3, 0.4, 0.4):
         estimate = running(np.array([level]), np.array([0.6]))
     assert estimate[0] == pytest.approx(0.4, abs=0.05)

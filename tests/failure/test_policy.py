@@ -1,9 +1,8 @@
 """The failure policy, level by level: what is applied, and what the status says."""
 
-import casadi as ca
 import numpy as np
 import pytest
-from problems import pendulum, swinging_cart
+from problems import pendulum, swinging_cart, tank
 
 import rumo
 from rumo import Status
@@ -186,21 +185,7 @@ def test_nlp_out_of_budget_uses_an_iterate_only_if_it_satisfies_the_dynamics():
 
 
 def test_a_guess_where_the_model_has_no_value_is_repaired():
-    model = rumo.Model(
-        states={"level": "m"},
-        inputs={"flow": "m^3/s"},
-        # Undefined for negative levels, where a shifted, extrapolated guess may well be.
-        dynamics=lambda x, u, p: {"level": u.flow - ca.sqrt(x.level)},
-    )
-    problem = rumo.Problem(
-        model,
-        horizon=10,
-        sampling_time=0.5,
-        track={"level": rumo.Weight(1.0)},
-        moves={"flow": rumo.Weight(0.01)},
-        bounds={"flow": (0.0, 2.0)},
-    )
-    controller = rumo.RealTimeIteration(problem)
+    controller = rumo.RealTimeIteration(tank())
     statuses = [controller.step([level], {"level": 0.02}).status for level in (1.0, 0.4, 0.1, 0.02, 1.0, 1.0)]
     assert statuses[-1] is Status.OPTIMAL
     # Started at a negative level there is nothing to linearise; at the next good sample there is again.

@@ -65,14 +65,14 @@ class Controller(ABC):
         self.status_counts: Counter[Status] = Counter()
         self.reset()
 
-    def reset(self, x: Values | None = None, applied: ArrayLike | None = None) -> None:
+    def reset(self, x: Values | None = None, applied: Mapping[str, float] | ArrayLike | None = None) -> None:
         """Forget everything.
 
         Parameters
         ----------
         x : mapping or sequence, (nx,), optional
             State to prepare the first step for.
-        applied : array_like, shape (nu,) or (max(delay, 1), nu), optional
+        applied : mapping, or array_like (nu,) or (max(delay, 1), nu), optional
             Inputs already decided; the safe input if not given.
         """
         self._guess: Trajectory | None = None  # where the next step linearises or starts from
@@ -95,10 +95,10 @@ class Controller(ABC):
         return self._applied.copy()
 
     @applied.setter
-    def applied(self, inputs: ArrayLike) -> None:
+    def applied(self, inputs: Mapping[str, float] | ArrayLike) -> None:
         shape = (max(self.problem.delay, 1), len(self.problem.model.inputs))
-        array = self.problem.model.inputs.vector(inputs, "applied") if isinstance(inputs, Mapping) else None
-        array = as_numbers(inputs, "applied") if array is None else array
+        named = isinstance(inputs, Mapping)
+        array = self.problem.model.inputs.vector(inputs, "applied") if named else as_numbers(inputs, "applied")
         if array.shape not in (shape, shape[1:]):
             raise ShapeError("applied", f"shape {array.shape}", f"shape {shape} or {shape[1:]}")
         if not np.isfinite(array).all():

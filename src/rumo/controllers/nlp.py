@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -74,7 +75,7 @@ class DirectNlp(Controller):
         super().__init__(problem, discretization)
         self._build()
 
-    def reset(self, x: Values | None = None, applied: ArrayLike | None = None) -> None:
+    def reset(self, x: Values | None = None, applied: Mapping[str, float] | ArrayLike | None = None) -> None:
         """Forget everything, see `Controller.reset`; the multipliers of the last solution too."""
         super().reset(x, applied)
         self._multipliers = None

@@ -32,7 +32,7 @@ def simulate(
     reference: Reference | Mapping[str, float],
     duration: float,
     *,
-    applied: ArrayLike | None = None,
+    applied: Mapping[str, float] | ArrayLike | None = None,
     seed: int = 0,
     sensors: Sensors | None = None,
     disturbances: Mapping[str, Disturbance] | None = None,
@@ -56,7 +56,7 @@ def simulate(
         Times (n,) [s] -> signal -> values (n,); a mapping is held.
     duration : float
         [s].
-    applied : array_like, shape (nu,) or (max(delay, 1), nu), optional
+    applied : mapping, or array_like (nu,) or (max(delay, 1), nu), optional
         Inputs decided before the start; the safe input if not given.
     seed : int
         Of noise and disturbances: the same seed gives the same log, but for timings.
