@@ -106,8 +106,8 @@ class Problem:
         self.move_weights = np.column_stack(
             [self._weight(moves[name], f"moves[{name!r}]", positive=True) for name in model.inputs]
         )
-        values = [np.max(weight.value) for weight in (*track.values(), *moves.values())]
-        self.cost_scale = float(max(values))
+        weights = [as_numbers(weight.value, "weight") for weight in (*track.values(), *moves.values())]
+        self.cost_scale = max(float(weight.max()) for weight in weights)
         self.input_scales = np.array([moves[name].range for name in model.inputs], dtype=float)
 
         bounds = as_mapping(bounds, "bounds")
