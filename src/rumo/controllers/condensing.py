@@ -55,9 +55,14 @@ class Condensed:
     correction: Array
 
     @property
+    def reach(self) -> Array:
+        """How far the whole range of all free inputs moves each state (nx,)."""
+        return np.abs(self.x_free).sum(axis=2).max(axis=0)
+
+    @property
     def straying(self) -> float:
-        """How far the guess is from satisfying the dynamics, over how far the inputs' whole range moves the states."""
-        reach = np.abs(self.x_free).sum(axis=2).max(axis=0)
+        """How far the guess is from satisfying the dynamics, over the reach of the inputs."""
+        reach = self.reach
         moved = reach > 0.0
         return float(np.max(np.abs(self.correction).max(axis=0)[moved] / reach[moved], initial=0.0))
 

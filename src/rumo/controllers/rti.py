@@ -30,7 +30,8 @@ class RealTimeIteration(Controller):
         Linearisations and QPs per step; 1 is the real-time iteration, more is sequential quadratic
         programming with full steps.
     tolerance : float
-        With more than one iteration, stop when no state or input changes by more than this, relatively.
+        With more than one iteration, stop when no input changes by more than this share of its range, and no state by
+        more than this share of how far the inputs can move it.
     qp : QpOptions, optional
         Limits and accuracy of the QP solver.
     """
@@ -72,7 +73,7 @@ class RealTimeIteration(Controller):
     def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
         candidate = self._iterate(x, window, guess)
         for _ in range(self.sqp_iterations - 1):
-            if not candidate.status.solved or self._converged(candidate.trajectory, guess):
+            if not candidate.status.solved or self._change(candidate.trajectory, guess) < self.tolerance:
                 break
             guess = candidate.trajectory
             if not self._linearize(guess):
@@ -104,7 +105,10 @@ class RealTimeIteration(Controller):
         constraints = (condensed.g_known @ known + condensed.g_free @ v).reshape(problem.horizon, -1)
         return self._assess(trajectory, constraints, status)
 
-    def _converged(self, new: Trajectory, old: Trajectory) -> bool:
-        return np.allclose(new.u, old.u, rtol=self.tolerance, atol=self.tolerance) and np.allclose(
-            new.x, old.x, rtol=self.tolerance, atol=self.tolerance
-        )
+    def _change(self, new: Trajectory, old: Trajectory) -> float:
+        """Largest change of an input over its range, or of a state over the reach of the inputs."""
+        assert self._condensed is not None
+        reach = self._condensed.reach
+        inputs = np.abs(new.u - old.u).max(axis=0) / self.problem.input_scales
+        states = np.abs(new.x - old.x).max(axis=0)[reach > 0.0] / reach[reach > 0.0]
+        return float(max(inputs.max(), states.max(initial=0.0)))
