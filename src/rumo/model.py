@@ -153,7 +153,7 @@ class Model:
         """`expression` as a 1 x 1 SX of x, u and p only; anything else raises, naming `argument`."""
         try:
             result = ca.SX(expression)
-        except (NotImplementedError, TypeError, RuntimeError):
+        except (NotImplementedError, TypeError, RuntimeError):  # what CasADi raises for text, lists, MX
             raise ArgumentError(argument, repr(expression), "a CasADi SX expression or a number") from None
         if result.shape != (1, 1):
             raise ArgumentError(argument, f"an expression of shape {result.shape}", "a scalar expression")

@@ -98,6 +98,7 @@ class Transcription:
         stage = ca.Function("stage", [z, x, u, p], [packed])
         self._stages = stage.map(problem.horizon)
         self._path = self.constraints.map(problem.horizon)
+        self._parameters = np.tile(problem.parameters[:, None], problem.horizon)
         self._step = ca.Function("step", [z, x, u, p], [phi, terms["A0"], terms["A1"]])
         self.imposed = self._influenced(terms)
 
@@ -111,8 +112,7 @@ class Transcription:
         u : ndarray, shape (N, nu)
             Guess u_g of the inputs.
         """
-        p = np.tile(self.problem.parameters[:, None], self.problem.horizon)
-        packed = self._stages(x[1:].T, x[:-1].T, u.T, p).full().T
+        packed = self._stages(x[1:].T, x[:-1].T, u.T, self._parameters).full().T
         arrays: dict[str, Array] = {}
         start = 0
         for name, shape in self._shapes.items():
@@ -125,8 +125,7 @@ class Transcription:
 
     def path_constraints(self, x: Array, u: Array) -> Array:
         """Values (N, nc) of the path constraints along states (N + 1, nx) and inputs (N, nu)."""
-        p = np.tile(self.problem.parameters[:, None], self.problem.horizon)
-        return self._path(x[1:].T, u.T, p).full().T
+        return self._path(x[1:].T, u.T, self._parameters).full().T
 
     def step(self, z: Array, x: Array, u: Array) -> tuple[Array, Array, Array]:
         """Residual (nx,) of a single step from x to z with input u, and its derivatives A0, A1 (nx, nx)."""

@@ -260,14 +260,14 @@ class Controller(ABC):
                     "reference", f"shape {array.shape}", f"({length}, {len(problem.outputs)}): N + 1 by tracked outputs"
                 )
             named = dict(zip(problem.outputs, array.T, strict=True))
-        window = {}
+        window, used = {}, self._reference_signals
         for name, values in named.items():
             array = as_numbers(values, f"reference[{name!r}]")
             if array.shape not in ((), (length,)):
                 raise ShapeError(
                     f"reference[{name!r}]", f"shape {array.shape}", f"one number or {length}, from now to t + N"
                 )
-            if name in self._reference_signals:
+            if name in used:
                 window[name] = np.broadcast_to(array, (length,))
         return window
 

@@ -196,7 +196,9 @@ class DirectNlp(Controller):
         excess = np.maximum(self._g_lower - g, g - self._g_upper)[N * nx :]
         if out_of_budget and not self._admissible(trajectory, excess):
             self._multipliers = None
-            return Candidate(Trajectory(np.full_like(u, np.nan), states), np.full((N, 0), np.nan), status)
+            return Candidate(
+                Trajectory(np.full_like(u, np.nan), states), np.full((N, len(problem.constraints)), np.nan), status
+            )
         self._multipliers = result["lam_x"].full().ravel(), result["lam_g"].full().ravel()
         return self._assess(trajectory, self.transcription.path_constraints(states, u), status)
 

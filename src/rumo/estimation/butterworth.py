@@ -35,8 +35,7 @@ class Butterworth:
             raise ArgumentError("cutoff", f"{self.cutoff:g} Hz", f"a frequency between 0 and {nyquist:g} Hz")
         whole_number(self.order, "order", 1)
         sections = signal.butter(self.order, self.cutoff, fs=2.0 * nyquist, output="sos")
-        angles = np.array([unit == "rad" for unit in problem.model.states.units])
-        return RunningButterworth(np.asarray(sections), angles)
+        return RunningButterworth(np.asarray(sections), problem.model.states.angles)
 
 
 class RunningButterworth:

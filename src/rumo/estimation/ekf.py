@@ -51,7 +51,7 @@ class RunningExtendedKalman:
 
     def __init__(self, transcription: Transcription, noise: Array, process: Array) -> None:
         self._transcription = transcription
-        self._angles = np.array([unit == "rad" for unit in transcription.problem.model.states.units])
+        self._angles = transcription.problem.model.states.angles
         self._noise = noise
         self._process = process
         self._x: Array | None = None

@@ -106,7 +106,7 @@ def simulate(
         parameters[:, column] = disturbance.sample(times, wind_rng)
     noise = sensors.deviations(plant) * noise_rng.standard_normal((steps, len(plant.states)))
     observe = observation(plant, model)
-    estimate = sensors.estimator.start(problem) if sensors.estimator else None
+    estimate = sensors.start(problem)
 
     controller.reset(applied=applied)
     decided = deque(controller.applied[: problem.delay])

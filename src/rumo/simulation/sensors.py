@@ -9,8 +9,9 @@ import casadi as ca
 import numpy as np
 
 from rumo.errors import ArgumentError, UnknownNameError
-from rumo.estimation import Estimator
+from rumo.estimation import Estimator, RunningEstimator
 from rumo.model import Model
+from rumo.problem import Problem
 from rumo.signals import Array
 
 
@@ -29,10 +30,14 @@ class Sensors:
     noise: Mapping[str, float] = field(default_factory=dict)
     estimator: Estimator | None = None
 
+    def start(self, problem: Problem) -> RunningEstimator | None:
+        """Return a fresh estimator for a run, None where measurements pass unchanged."""
+        if isinstance(self.estimator, type):
+            raise ArgumentError("estimator", self.estimator.__name__, "settings such as Butterworth(cutoff=3.5)")
+        return self.estimator.start(problem) if self.estimator else None
+
     def deviations(self, plant: Model) -> Array:
         """Standard deviation of each plant state's noise (nx,)."""
-        if self.estimator is not None and isinstance(self.estimator, type):
-            raise ArgumentError("estimator", self.estimator.__name__, "settings such as Butterworth(cutoff=3.5)")
         sigma = plant.states.finite_vector(dict(self.noise), "noise", np.zeros(len(plant.states)))
         for name, value in self.noise.items():
             if value < 0.0:

@@ -51,26 +51,22 @@ def wheel_forces(
     forward, left = position
     cos = 1.0 / ca.sqrt(1.0 + tan_delta**2)
     sin = tan_delta * cos
+    signed = as_printed.signed_slip
     if as_printed.slip_at_center:
-        sigma, tan_alpha, direction = _slip_at_center(x, forward, tan_delta, wheel_speed, parameters, as_printed)
+        sigma, tan_alpha, direction = _slip_at_center(x, forward, tan_delta, wheel_speed, parameters, signed)
     else:
         v_forward, v_left = x.v_x - left * x.omega, x.v_y + forward * x.omega
         v_lon, v_lat = v_forward * cos + v_left * sin, v_left * cos - v_forward * sin
-        sigma, tan_alpha, direction = slip(v_lon, v_lat, wheel_speed, parameters.r)
-        if as_printed.signed_slip:
-            sigma, tan_alpha, direction = (parameters.r * wheel_speed - v_lon) / v_lon, -v_lat / v_lon, 1.0
+        sigma, tan_alpha, direction = slip(v_lon, v_lat, wheel_speed, parameters.r, signed=signed)
     F_x, F_y = model.force(tyre, sigma, tan_alpha, load, direction)
     return WheelForces(F_x, F_y, F_x * cos - F_y * sin, F_x * sin + F_y * cos)
 
 
 def _slip_at_center(
-    x: Any, forward: float, tan_delta: Any, wheel_speed: Any, parameters: VehicleParameters, as_printed: AsPrinted
+    x: Any, forward: float, tan_delta: Any, wheel_speed: Any, parameters: VehicleParameters, signed: bool
 ) -> tuple[Any, Any, Any]:
     """Equations (slip-angle) and (slip-ratio), with `alpha = delta - atan(q)` as its tangent."""
-    sigma, minus_q, direction = slip(x.v_x, x.v_y + forward * x.omega, wheel_speed, parameters.r)
-    if as_printed.signed_slip:
-        sigma = (parameters.r * wheel_speed - x.v_x) / x.v_x
-        minus_q, direction = -(x.v_y + forward * x.omega) / x.v_x, 1.0
+    sigma, minus_q, direction = slip(x.v_x, x.v_y + forward * x.omega, wheel_speed, parameters.r, signed=signed)
     return sigma, (tan_delta + minus_q) / (1.0 - tan_delta * minus_q), direction
 
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 
-import numpy as np
-
-from rumo.errors import ArgumentError
+from rumo.checks import positive_number
 
 GRAVITY = 9.81
 """Acceleration of gravity [m/s^2]."""
@@ -96,9 +94,7 @@ class VehicleParameters:
 
 
 def _require_positive(parameters: object, name: str) -> None:
-    value = getattr(parameters, name)
-    if not 0.0 < value < np.inf:
-        raise ArgumentError(f"{type(parameters).__name__}.{name}", repr(value), "a positive finite number")
+    positive_number(getattr(parameters, name), f"{type(parameters).__name__}.{name}")
 
 
 _PAPER_TYRE = TyreParameters(C_s=600_000.0, C_a=250_000.0, mu=0.9)

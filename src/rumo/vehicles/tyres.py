@@ -44,7 +44,7 @@ class Tyre(Protocol):
         ...
 
 
-def slip(v_lon: Any, v_lat: Any, wheel_speed: Any, r: float) -> tuple[Any, Any, Any]:
+def slip(v_lon: Any, v_lat: Any, wheel_speed: Any, r: float, *, signed: bool = False) -> tuple[Any, Any, Any]:
     """Slip ratio, tangent of the slip angle and direction of motion of a wheel.
 
     Parameters
@@ -55,14 +55,16 @@ def slip(v_lon: Any, v_lat: Any, wheel_speed: Any, r: float) -> tuple[Any, Any, 
         Angular speed of the wheel [rad/s].
     r : float
         Effective radius [m].
+    signed : bool
+        As printed: the signed velocity as the denominator, and no direction of motion.
 
     Notes
     -----
     The paper's equations (slip-angle) and (slip-ratio) with `sqrt(v^2 + eps^2)` as the denominator, so that the
     force always opposes the sliding, in reverse too.
     """
-    speed = ca.sqrt(v_lon**2 + EPS_SPEED**2)
-    return (r * wheel_speed - v_lon) / speed, -v_lat / speed, v_lon / speed
+    speed = v_lon if signed else ca.sqrt(v_lon**2 + EPS_SPEED**2)
+    return (r * wheel_speed - v_lon) / speed, -v_lat / speed, 1.0 if signed else v_lon / speed
 
 
 @dataclass(frozen=True)
