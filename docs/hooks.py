@@ -16,7 +16,7 @@ from mkdocs.exceptions import PluginError
 SOURCE = Path(__file__).parents[1] / "src" / "rumo"
 
 # {{ code controllers/rti.py RealTimeIteration._prepare }} quotes a definition without its docstring;
-# {{ code controllers/rti.py RealTimeIteration._iterate "first line" "last line" }} quotes a part of it.
+# {{ code controllers/condensed.py CondensedController._iterate "first line" "last line" }} quotes a part of it.
 QUOTE = re.compile(r'^\{\{ code (?P<file>\S+) (?P<name>[\w.]+)(?: "(?P<first>.+?)" "(?P<last>.+?)")? \}\}$', re.M)
 EQUATION = re.compile(r'<(?P<tag>span|div) class="arithmatex">\s*\\[(\[](?P<latex>.*?)\\[)\]]\s*</(?P=tag)>', re.DOTALL)
 ACCENTS = {"^": "\u02c6", "\u02d9": "\u02d9", "\u00af": "\u00af", "\u02dc": "\u02dc"}

@@ -3,7 +3,15 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from rumo.controllers import Controller, DirectNlp, LinearTimeVarying, NlpOptions, QpOptions, RealTimeIteration
+from rumo.controllers import (
+    Controller,
+    DirectNlp,
+    InnovationGate,
+    LinearTimeVarying,
+    NlpOptions,
+    QpOptions,
+    RealTimeIteration,
+)
 from rumo.discretization import ImplicitEuler
 from rumo.errors import ArgumentError, CallOrderError, PlantError, RumoError, ShapeError, UnknownNameError
 from rumo.model import Model, Output, Parameter
@@ -25,6 +33,7 @@ __all__ = [
     "Controller",
     "DirectNlp",
     "ImplicitEuler",
+    "InnovationGate",
     "LinearTimeVarying",
     "Model",
     "NlpOptions",

@@ -30,6 +30,13 @@ def positive_number(value: object, argument: str) -> float:
     return number
 
 
+def non_negative_number(value: object, argument: str) -> float:
+    """`value` as a float of at least 0; anything else raises, naming `argument`."""
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not value >= 0.0:
+        raise ArgumentError(argument, repr(value), "a number of at least 0")
+    return float(value)  # pyright: ignore[reportArgumentType] -- NumPy's complex numbers do not compare
+
+
 def as_numbers(value: object, argument: str) -> NDArray[np.floating[Any]]:
     """`value` as an array of floats."""
     try:

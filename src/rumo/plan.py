@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rumo.signals import NamedArray
+import numpy as np
+
+from rumo.problem import Problem
+from rumo.signals import Array, NamedArray
 from rumo.status import Status
+
+# A constraint counts as violated above this share of its scale.
+SLACK_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -28,32 +34,121 @@ class Timings:
 
 
 @dataclass(frozen=True)
+class Violation:
+    """A constraint that a plan violates.
+
+    Attributes
+    ----------
+    constraint : str
+        Its name.
+    stage : int
+        1 to N.
+    amount : float
+        By how much, in the constraint's unit.
+    share : float
+        The same over the constraint's scale.
+    """
+
+    constraint: str
+    stage: int
+    amount: float
+    share: float
+
+    def __str__(self) -> str:
+        return f"{self.constraint} at stage {self.stage}: {100.0 * self.share:.2g} % over"
+
+
+class PlanLayout:
+    """Where the parts of a plan lie in its numbers: inputs (N, nu), states (N + 1, nx), slacks (N, nc)."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        N, model = problem.horizon, problem.model
+        self.shapes = ((N, len(model.inputs)), (N + 1, len(model.states)), (N, len(problem.constraints)))
+        ends = np.cumsum([rows * columns for rows, columns in self.shapes]).tolist()
+        self.parts = [slice(start, end) for start, end in zip([0, *ends], ends, strict=False)]
+        self.size = ends[-1]
+
+
 class Plan:
     """Inputs and predicted states over the horizon, and what they are worth.
 
     Attributes
     ----------
-    command : NamedArray, shape (nu,)
-        The input to apply `delay` samples after the measurement; always finite and within bounds.
-    u : NamedArray, shape (N, nu)
-        Inputs of the horizon; the first `delay` are those already decided, then comes the command.
-    x : NamedArray, shape (N + 1, nx)
-        Predicted states, the measurement first; NaN where nothing was predicted.
-    slacks : NamedArray, shape (N, nc)
-        Amount by which each path constraint is violated at stages 1 to N, as linearised where the controller
-        linearises; NaN where nothing was solved.
     status : Status
         Outcome of the step.
     cause : Status
         The same, but when the plan is exhausted: then what kept this step from being solved.
-    timings : Timings
-        Wall-clock times.
+    iterations : int
+        Changes of the QP solver's working set, in the C core; 0 elsewhere.
+    conflict : tuple of str
+        Where the QP had no solution: rows that cannot hold together, such as "friction_rear at stage 3". Only the C
+        core names them.
     """
 
-    command: NamedArray
-    u: NamedArray
-    x: NamedArray
-    slacks: NamedArray
-    status: Status
-    cause: Status
-    timings: Timings
+    __slots__ = ("_layout", "_numbers", "_times", "cause", "conflict", "iterations", "status")
+
+    def __init__(
+        self,
+        layout: PlanLayout,
+        numbers: Array,
+        status: Status,
+        cause: Status,
+        prepare: float,
+        feedback: float,
+        iterations: int = 0,
+        conflict: tuple[str, ...] = (),
+    ) -> None:
+        self._layout = layout
+        self._numbers = numbers
+        self.status = status
+        self.cause = cause
+        self._times = (prepare, feedback)
+        self.iterations = iterations
+        self.conflict = conflict
+
+    def _part(self, index: int) -> Array:
+        return self._numbers[self._layout.parts[index]].reshape(self._layout.shapes[index])
+
+    @property
+    def command(self) -> NamedArray:
+        """The input to apply `delay` samples after the measurement (nu,); always finite and within bounds."""
+        problem = self._layout.problem
+        return NamedArray(problem.model.inputs, self._part(0)[problem.delay])
+
+    @property
+    def u(self) -> NamedArray:
+        """Inputs of the horizon (N, nu); the first `delay` are those already decided, then comes the command."""
+        return NamedArray(self._layout.problem.model.inputs, self._part(0))
+
+    @property
+    def x(self) -> NamedArray:
+        """Predicted states (N + 1, nx), the measurement first; NaN where nothing was predicted."""
+        return NamedArray(self._layout.problem.model.states, self._part(1))
+
+    @property
+    def slacks(self) -> NamedArray:
+        """Amount by which each path constraint is violated at stages 1 to N (N, nc).
+
+        As linearised where the controller linearises; NaN where nothing was solved.
+        """
+        return NamedArray(self._layout.problem.constraint_names, self._part(2))
+
+    @property
+    def timings(self) -> Timings:
+        """Wall-clock times."""
+        return Timings(*self._times)
+
+    @property
+    def violations(self) -> list[Violation]:
+        """Violated path constraints, the largest share of its scale first; empty where nothing was solved."""
+        problem, slacks = self._layout.problem, self._part(2)
+        shares = slacks / problem.constraint_scales
+        found = [
+            Violation(problem.constraints[j].name, int(k) + 1, float(slacks[k, j]), float(shares[k, j]))
+            for k, j in np.argwhere(shares > SLACK_TOLERANCE)
+        ]
+        return sorted(found, key=lambda violation: -violation.share)
+
+    def __repr__(self) -> str:
+        return f"Plan({self.status.name}, {', '.join(f'{k}={v:.6g}' for k, v in self.command.as_dict().items())})"

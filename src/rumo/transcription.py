@@ -9,7 +9,10 @@ import casadi as ca
 import numpy as np
 
 from rumo.discretization import Discretization, ImplicitEuler
+from rumo.kernel.description import MATRICES, VECTORS, StageProgram
+from rumo.kernel.tape import OPERATIONS
 from rumo.problem import Problem
+from rumo.recording import record
 from rumo.signals import Array
 
 
@@ -101,6 +104,30 @@ class Transcription:
         self._parameters = np.tile(problem.parameters[:, None], problem.horizon)
         self._step = ca.Function("step", [z, x, u, p], [phi, terms["A0"], terms["A1"]])
         self.imposed = self._influenced(terms)
+        self._arguments, self._terms = (z, x, u, p), terms
+
+    def program(self) -> StageProgram:
+        """The linearised stage for the C core, whose operations must be known to it."""
+        terms = self._terms | {"M": ca.SX.eye(len(self.problem.model.states)) - self._terms["A1"]}
+        entries: list[Any] = []
+        first: dict[str, int] = {}
+        positions: dict[str, list[tuple[int, int]]] = {}
+        for name in VECTORS:
+            first[name] = len(entries)
+            entries += ca.vertsplit(ca.densify(terms[name]))
+        for name in MATRICES:
+            # CasADi sorts nonzeros by columns; those of the transpose are sorted by rows.
+            transposed = ca.sparsify(terms[name].T)
+            columns, rows = transposed.sparsity().get_triplet()
+            first[name], positions[name] = len(entries), list(zip(rows, columns, strict=True))
+            entries += transposed.nonzeros()
+        fixed = np.array([float(entry) if entry.is_constant() else np.nan for entry in entries])
+        varying = ca.vertcat(*(entry for entry, value in zip(entries, fixed, strict=True) if np.isnan(value)))
+        tape = record(ca.Function("stage", list(self._arguments), [ca.cse(varying)]))
+        slots = np.flatnonzero(np.isnan(fixed))
+        outputs = tape.code[:, 0] == OPERATIONS.index("output")
+        tape.code[outputs, 1] = slots[tape.code[outputs, 1]]
+        return StageProgram(tape, fixed, first, positions)
 
     def linearize(self, x: Array, u: Array) -> Stages:
         """Linearise all stages about a guess.

@@ -14,6 +14,8 @@ ROOMS = [
     "terms",
     "problem",
     "discretization",
+    "kernel",
+    "recording",
     "transcription",
     "plan",
     "controllers",
@@ -24,6 +26,7 @@ ROOMS = [
     "registry",
     "simulation",
     "studies",
+    "bench",
     "report",
     "cli",
 ]

@@ -6,7 +6,7 @@ from problems import pendulum, swinging_cart, tank
 
 import rumo
 from rumo import Status
-from rumo.controllers import rti as rti_module
+from rumo.controllers import condensed
 from rumo.controllers.nlp import NlpOptions
 from rumo.controllers.qp import QpOptions
 
@@ -83,7 +83,7 @@ def test_bad_reference_is_a_status(make):
 @pytest.mark.parametrize("make", CONTROLLERS)
 def test_infeasible_hard_constraints_apply_the_shifted_plan(make):
     problem = pendulum(bounds={"torque": (-2.0, 2.0), "angle": (-1.0, 1.0)})
-    controller = make(problem)
+    controller = make(problem, gate=None)
     good = controller.step(GOOD, REFERENCE)
     plan = controller.step([5.0, 0.0], REFERENCE)  # no torque within bounds brings the angle below 1 rad at once
     assert plan.status is Status.SOLVER_FAILED
@@ -146,10 +146,10 @@ def test_a_constraint_without_numerical_influence_is_left_out():
 
 
 def test_a_failed_qp_is_never_applied(monkeypatch):
-    controller = rumo.RealTimeIteration(pendulum())
+    controller = rumo.RealTimeIteration(pendulum(), backend="reference")
     good = controller.step(GOOD, REFERENCE)
     garbage = np.full(11, 1e6)
-    monkeypatch.setattr(rti_module, "solve", lambda program, options: (garbage, Status.SOLVER_FAILED))
+    monkeypatch.setattr(condensed, "solve", lambda program, options: (garbage, Status.SOLVER_FAILED))
     plan = controller.step(GOOD, REFERENCE)
     assert plan.status is Status.SOLVER_FAILED
     np.testing.assert_array_equal(plan.command.values, good.u.values[2])
@@ -158,7 +158,7 @@ def test_a_failed_qp_is_never_applied(monkeypatch):
 
 
 def test_an_empty_qp_budget_is_a_status():
-    controller = rumo.RealTimeIteration(pendulum())
+    controller = rumo.RealTimeIteration(pendulum(), backend="reference")
     good = controller.step(GOOD, REFERENCE)
     controller.qp = QpOptions(max_iterations=1)
     plan = controller.step(GOOD, REFERENCE)

@@ -1,44 +1,26 @@
-"""What all controllers share: the phases of a step, checks on what comes in, and the failure policy."""
+"""What all controllers share: their interface, and checks on what comes in."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rumo.checks import as_numbers, checked
-from rumo.controllers.fallback import Trajectory, admissible
+from rumo.controllers.gate import WIDE_GATE, InnovationGate
 from rumo.discretization import Discretization
-from rumo.errors import ArgumentError, CallOrderError, ShapeError, UnknownNameError
-from rumo.plan import Plan, Timings
+from rumo.errors import ArgumentError, ShapeError, UnknownNameError
+from rumo.plan import Plan, PlanLayout
 from rumo.problem import Problem
-from rumo.signals import Array, NamedArray, Values
+from rumo.signals import Array, Values
 from rumo.status import Status
 from rumo.transcription import Transcription
 
 ReferenceWindow = Mapping[str, ArrayLike] | ArrayLike
-
-
-# A constraint counts as violated above this share of its scale.
-SLACK_TOLERANCE = 1e-6
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """What a solver proposes: a trajectory, slacks (N, nc), and how far the solver got.
-
-    The trajectory is NaN where the solver has nothing to propose.
-    """
-
-    trajectory: Trajectory
-    slacks: Array
-    status: Status
 
 
 class Controller(ABC):
@@ -50,21 +32,25 @@ class Controller(ABC):
         What to solve.
     discretization : Discretization, optional
         Implicit Euler if not given.
-
-    Attributes
-    ----------
-    status_counts : Counter of Status
-        Outcomes of all steps since the last reset.
+    gate : InnovationGate, optional
+        Holds back implausible measurements; None lets all finite ones pass.
     """
 
     name = "controller"
 
-    def __init__(self, problem: Problem, discretization: Discretization | None = None) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        discretization: Discretization | None = None,
+        *,
+        gate: InnovationGate | None = WIDE_GATE,
+    ) -> None:
         self.problem = checked(problem, "problem", Problem)
+        self.gate = None if gate is None else checked(gate, "gate", InnovationGate, "Write InnovationGate(width=...).")
         self.transcription = Transcription(problem, discretization)
-        self.status_counts: Counter[Status] = Counter()
-        self.reset()
+        self._layout = PlanLayout(problem)
 
+    @abstractmethod
     def reset(self, x: Values | None = None, applied: Mapping[str, float] | ArrayLike | None = None) -> None:
         """Forget everything.
 
@@ -75,62 +61,41 @@ class Controller(ABC):
         applied : mapping, or array_like (nu,) or (max(delay, 1), nu), optional
             Inputs already decided; the safe input if not given.
         """
-        self._guess: Trajectory | None = None  # where the next step linearises or starts from
-        self._previous: Trajectory | None = None  # the last plan, shifted: what is followed without a solution
-        self._prepared = False
-        self._prepare_time = 0.0
-        self._inputs_left = 0
-        self.status_counts.clear()
-        self.applied = self.problem.safe_input if applied is None else applied
-        if x is not None:
-            self._start_guess(self.problem.model.states.finite_vector(x, "x"))
 
     @property
+    @abstractmethod
     def applied(self) -> Array:
         """Inputs already decided, shape (max(delay, 1), nu), oldest first.
 
         Those of the next `delay` intervals or, without delay, the last one applied. Each step appends its
         command; set this where something else was applied.
         """
-        return self._applied.copy()
 
     @applied.setter
-    def applied(self, inputs: Mapping[str, float] | ArrayLike) -> None:
-        shape = (max(self.problem.delay, 1), len(self.problem.model.inputs))
-        named = isinstance(inputs, Mapping)
-        array = self.problem.model.inputs.vector(inputs, "applied") if named else as_numbers(inputs, "applied")
-        if array.shape not in (shape, shape[1:]):
-            raise ShapeError("applied", f"shape {array.shape}", f"shape {shape} or {shape[1:]}")
-        if not np.isfinite(array).all():
-            raise ArgumentError("applied", f"{array.tolist()}", "finite inputs")
-        self._applied = np.broadcast_to(array, shape).copy()
+    @abstractmethod
+    def applied(self, inputs: Mapping[str, float] | ArrayLike) -> None: ...
 
+    @property
+    @abstractmethod
+    def status_counts(self) -> Counter[Status]:
+        """Outcomes of all steps since the last reset."""
+
+    @abstractmethod
     def step(self, x: Values, reference: ReferenceWindow) -> Plan:
         """`prepare()` and `feedback(x, reference)` in one call."""
-        measurement = self.problem.model.states.vector(x, "x")
-        if self._guess is None and np.isfinite(measurement).all():
-            self._start_guess(measurement)
-        if not self._prepared:
-            self.prepare()
-        return self.feedback(measurement, reference)
 
+    @abstractmethod
     def prepare(self) -> None:
         """Do all that needs no measurement. Before the first step there is nothing to do."""
-        start = perf_counter()
-        if self._guess is not None:
-            with np.errstate(all="ignore"):
-                if not self._prepare(self._guess):
-                    self._guess = None
-        self._prepared = True
-        self._prepare_time = perf_counter() - start
 
+    @abstractmethod
     def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
         """Return the plan for a measurement.
 
         Parameters
         ----------
         x : mapping or sequence, (nx,)
-            Measured or estimated state.
+            Measured or estimated state; NaN where there is none.
         reference : mapping of str to float or array_like (N + 1,), or array_like (N + 1, ny)
             Wanted outputs from now to the end of the horizon; a number is held. A mapping may name
             further states and inputs of the model, for controllers that linearise along the reference.
@@ -146,98 +111,26 @@ class Controller(ABC):
         CallOrderError
             If `prepare()` was not called since the last feedback.
         """
-        if not self._prepared:
-            raise CallOrderError("feedback() needs a preparation: call prepare() first, or step() for both.")
-        start = perf_counter()
-        measurement = self.problem.model.states.vector(x, "x")
-        window = self._window(reference)
-        with np.errstate(all="ignore"):
-            candidate, status = self._attempt(measurement, window)
-        plan = self._follow(candidate, status, start)
-        self._prepared = False
-        self.status_counts[plan.status] += 1
-        return plan
 
     @property
     def _reference_signals(self) -> tuple[str, ...]:
         """Signals whose reference this controller looks at."""
         return self.problem.outputs.names
 
-    def _assess(self, trajectory: Trajectory, constraints: Array, status: Status) -> Candidate:
-        """A solver's result, its status lowered to SOFT_VIOLATED where imposed constraints (N, nc) exceed 0."""
-        slacks = np.maximum(constraints, 0.0)
-        violated = slacks > SLACK_TOLERANCE * self.problem.constraint_scales
-        if status is Status.OPTIMAL and violated[self.transcription.imposed].any():
-            status = Status.SOFT_VIOLATED
-        return Candidate(trajectory, slacks, status)
-
-    @abstractmethod
-    def _prepare(self, guess: Trajectory) -> bool:
-        """Prepare at the guess; False if the model gives no usable numbers there."""
-
-    @abstractmethod
-    def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
-        """Solve for a finite measurement; None if the solver failed."""
-
-    def _attempt(self, x: Array, window: dict[str, Array]) -> tuple[Candidate | None, Status]:
-        if not np.isfinite(x).all():
-            return None, Status.BAD_MEASUREMENT
-        if not all(np.isfinite(values).all() for values in window.values()):
-            return None, Status.BAD_REFERENCE
-        guess = self._guess
-        if guess is None:
-            guess = self._start_guess(x)
-            if not self._prepare(guess):
-                return None, Status.SOLVER_FAILED
-        candidate = self._solve(x, window, guess)
-        if candidate is None:
-            return None, Status.SOLVER_FAILED
-        if candidate.trajectory.finite and candidate.status is not Status.SOLVER_FAILED:
-            return candidate, candidate.status
-        return None, Status.SOLVER_FAILED if candidate.status.solved else candidate.status
-
-    def _follow(self, candidate: Candidate | None, status: Status, start: float) -> Plan:
-        """Apply the failure policy: the candidate, else the shifted plan, else the safe input."""
-        problem = self.problem
-        N, d = problem.horizon, problem.delay
-        decided = self._applied[:d]
-        cause = status
-        slacks = np.full((N, len(problem.constraints)), np.nan)
-        states = np.full((N + 1, len(problem.model.states)), np.nan)
-        if candidate is not None:
-            wanted, states, slacks = candidate.trajectory.u[d:], candidate.trajectory.x, candidate.slacks
-            self._inputs_left = N - d - 1
-        elif self._previous is not None and self._inputs_left > 0:
-            wanted, states = self._previous.u[d:], self._previous.x
-            self._inputs_left -= 1
+    def _decided(self, inputs: Mapping[str, float] | ArrayLike | None) -> Array:
+        """Inputs already decided as (max(delay, 1), nu); the safe input for None."""
+        model = self.problem.model
+        shape = (max(self.problem.delay, 1), len(model.inputs))
+        if inputs is None:
+            array = self.problem.safe_input
         else:
-            wanted = np.tile(problem.safe_input, (N - d, 1))
-            status = Status.PLAN_EXHAUSTED
-        u = np.vstack([decided, admissible(problem, wanted, self._applied[-1])])
-        command = u[d]
-        self._applied = np.vstack([self._applied[1:], command])
-        # The next guess is this plan one sample later; without a plan, the next measurement gives it.
-        self._previous = None if status is Status.PLAN_EXHAUSTED else Trajectory(u, states).shifted()
-        # A guess from which the solver came to nothing is not kept: the next measurement gives a new one.
-        fruitless = candidate is None and status in (Status.SOLVER_FAILED, Status.BUDGET_EXCEEDED)
-        self._guess = None if fruitless else self._previous
-        model = problem.model
-        return Plan(
-            command=NamedArray(model.inputs, command.copy()),
-            u=NamedArray(model.inputs, u),
-            x=NamedArray(model.states, states),
-            slacks=NamedArray(problem.constraint_names, slacks),
-            status=status,
-            cause=cause,
-            timings=Timings(self._prepare_time, perf_counter() - start),
-        )
-
-    def _start_guess(self, x: Array) -> Trajectory:
-        problem = self.problem
-        u = np.clip(self._applied[-1], problem.input_lower, problem.input_upper)
-        self._guess = Trajectory.at_rest(x, u, problem.horizon)
-        self._prepared = False
-        return self._guess
+            named = isinstance(inputs, Mapping)
+            array = model.inputs.vector(inputs, "applied") if named else as_numbers(inputs, "applied")
+        if array.shape not in (shape, shape[1:]):
+            raise ShapeError("applied", f"shape {array.shape}", f"shape {shape} or {shape[1:]}")
+        if not np.isfinite(array).all():
+            raise ArgumentError("applied", f"{array.tolist()}", "finite inputs")
+        return np.broadcast_to(array, shape).copy()
 
     def _window(self, reference: ReferenceWindow) -> dict[str, Array]:
         """Reference of each named signal over the horizon, (N + 1,)."""

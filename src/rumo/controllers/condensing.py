@@ -14,7 +14,7 @@ from rumo.problem import Problem
 from rumo.signals import Array
 from rumo.transcription import Stages
 
-# A constraint that the whole range of all inputs moves by less than this share of its scale is not imposed.
+# A constraint whose gradient, over the inputs' ranges, is less than this share of its scale is not imposed.
 NO_INFLUENCE = 1e-10
 
 
@@ -56,8 +56,8 @@ class Condensed:
 
     @property
     def reach(self) -> Array:
-        """How far the whole range of all free inputs moves each state (nx,)."""
-        return np.abs(self.x_free).sum(axis=2).max(axis=0)
+        """How far the whole range of all free inputs moves each state (nx,): each input where it moves it most."""
+        return np.abs(self.x_free).max(axis=0).sum(axis=1)
 
     @property
     def straying(self) -> float:
@@ -146,7 +146,7 @@ def condense(stages: Stages, problem: Problem, imposed: np.ndarray) -> Condensed
     Q = problem.output_weights.ravel()
     R = problem.move_weights[d:].ravel()
     hessian = 2.0 * (y_free.T @ (Q[:, None] * y_free) + increments.T @ (R[:, None] * increments))
-    influence = np.abs(g_free).sum(axis=1).reshape(N, -1) / problem.constraint_scales
+    influence = np.linalg.norm(g_free, axis=1).reshape(N, -1) / problem.constraint_scales
     rows = np.flatnonzero(imposed & (influence > NO_INFLUENCE))
     return Condensed(x_known, x_free, y_known, y_free, g_known, g_free, increments, hessian, rows, c)
 

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from rumo.controllers.base import Candidate
+from rumo.controllers.condensed import CondensedController
 from rumo.controllers.fallback import Trajectory
+from rumo.controllers.gate import WIDE_GATE, InnovationGate
+from rumo.controllers.policy import Candidate
 from rumo.controllers.qp import QpOptions
-from rumo.controllers.rti import RealTimeIteration
 from rumo.discretization import Discretization
 from rumo.errors import ArgumentError
 from rumo.problem import Problem
 from rumo.signals import Array
 
 
-class LinearTimeVarying(RealTimeIteration):
+class LinearTimeVarying(CondensedController):
     """Linear time-varying MPC: the same QP as the real-time iteration, about the reference instead of the last plan.
 
     The reference must name every state of the model; inputs that it leaves out are linearised about the
@@ -28,14 +29,22 @@ class LinearTimeVarying(RealTimeIteration):
         Implicit Euler if not given.
     qp : QpOptions, optional
         Limits and accuracy of the QP solver.
+    gate : InnovationGate, optional
+        Holds back implausible measurements; None lets all finite ones pass.
     """
 
     name = "ltv"
 
     def __init__(
-        self, problem: Problem, discretization: Discretization | None = None, *, qp: QpOptions | None = None
+        self,
+        problem: Problem,
+        discretization: Discretization | None = None,
+        *,
+        qp: QpOptions | None = None,
+        gate: InnovationGate | None = WIDE_GATE,
     ) -> None:
-        super().__init__(problem, discretization, qp=qp)
+        self.qp = qp or QpOptions()
+        super().__init__(problem, discretization, gate=gate)
 
     @property
     def _reference_signals(self) -> tuple[str, ...]:

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rumo.checks import positive_number, whole_number
-from rumo.controllers.base import Candidate, Controller
-from rumo.controllers.condensing import eliminate
+from rumo.controllers.condensing import condense, eliminate
 from rumo.controllers.fallback import Trajectory
+from rumo.controllers.gate import WIDE_GATE, InnovationGate
+from rumo.controllers.policy import Candidate, PolicyController
 from rumo.discretization import Discretization
 from rumo.errors import RumoError
 from rumo.problem import Problem
@@ -52,7 +53,7 @@ class NlpOptions:
             positive_number(self.max_wall_time, "NlpOptions.max_wall_time")
 
 
-class DirectNlp(Controller):
+class DirectNlp(PolicyController):
     """Nonlinear MPC by direct transcription and IPOPT (Waechter and Biegler, 2006), the paper's baseline.
 
     Parameters
@@ -63,16 +64,24 @@ class DirectNlp(Controller):
         Implicit Euler if not given.
     options : NlpOptions, optional
         Limits and accuracy of IPOPT.
+    gate : InnovationGate, optional
+        Holds back implausible measurements; None lets all finite ones pass.
     """
 
     name = "nlp"
 
     def __init__(
-        self, problem: Problem, discretization: Discretization | None = None, *, options: NlpOptions | None = None
+        self,
+        problem: Problem,
+        discretization: Discretization | None = None,
+        *,
+        options: NlpOptions | None = None,
+        gate: InnovationGate | None = WIDE_GATE,
     ) -> None:
         self.options = options or NlpOptions()
         self._multipliers: tuple[Array, Array] | None = None
-        super().__init__(problem, discretization)
+        self._first_reach: Array | None = None
+        super().__init__(problem, discretization, gate=gate)
         self._build()
 
     def reset(self, x: Values | None = None, applied: Mapping[str, float] | ArrayLike | None = None) -> None:
@@ -159,8 +168,16 @@ class DirectNlp(Controller):
         }
 
     def _prepare(self, guess: Trajectory) -> bool:
-        """Nothing: the guess is all there is."""
+        if guess.resting:  # once after a reset, for the gate; otherwise the guess is all there is
+            try:
+                linearised = self.transcription.linearize(guess.x, guess.u)
+                self._first_reach = condense(linearised, self.problem, self.transcription.imposed).reach
+            except np.linalg.LinAlgError:
+                self._first_reach = None
         return guess.finite
+
+    def _reach(self) -> Array | None:
+        return self._first_reach
 
     def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
         problem = self.problem

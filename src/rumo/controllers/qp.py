@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import piqp
 
 from rumo.checks import positive_number, whole_number
 from rumo.signals import Array
@@ -55,17 +54,24 @@ class QpOptions:
     Parameters
     ----------
     max_iterations : int
-        Interior-point iterations; reaching them is `Status.BUDGET_EXCEEDED`.
+        Changes of the working set in the C core, interior-point iterations of the reference; needing more is
+        `Status.BUDGET_EXCEEDED`.
     tolerance : float
-        Absolute and relative accuracy of the optimality conditions, in units of the ranges.
+        Accuracy of constraints (C core) or of all optimality conditions (reference), in units of the ranges.
+    time_limit : float
+        For a QP [s], in the C core only; reaching it is `Status.BUDGET_EXCEEDED`. A finite limit makes results depend
+        on the machine.
     """
 
-    max_iterations: int = 100
+    max_iterations: int = 1000
     tolerance: float = 1e-10
+    time_limit: float = np.inf
 
     def __post_init__(self) -> None:
-        whole_number(self.max_iterations, "QpOptions.max_iterations", 1)
+        whole_number(self.max_iterations, "QpOptions.max_iterations", 0)
         positive_number(self.tolerance, "QpOptions.tolerance")
+        if self.time_limit != np.inf:
+            positive_number(self.time_limit, "QpOptions.time_limit")
 
 
 def solve(program: QuadraticProgram, options: QpOptions) -> tuple[Array, Status]:
@@ -74,7 +80,11 @@ def solve(program: QuadraticProgram, options: QpOptions) -> tuple[Array, Status]
     Slack variables are appended for the soft rows; their exact penalty makes the Hessian only semidefinite,
     which an interior-point solver takes as it is.
     """
+    import piqp  # not needed by the compiled backends
+
     n, soft = len(program.gradient), np.flatnonzero(np.isfinite(program.l1))
+    if options.max_iterations == 0:
+        return np.full(n, np.nan), Status.BUDGET_EXCEEDED
     if not program.sane:
         return np.full(n, np.nan), Status.SOLVER_FAILED
     # Units of cost and constraints do not matter: the cost is divided by its smallest curvature along an input, each

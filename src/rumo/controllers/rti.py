@@ -1,20 +1,25 @@
-"""The real-time iteration, line by line the paper: one linearisation and one QP per sample."""
+"""The real-time iteration: one linearisation and one QP per sample."""
 
 from __future__ import annotations
 
-import numpy as np
+import inspect
+import logging
+import os
+from abc import abstractmethod
+from typing import Any
 
-from rumo.checks import whole_number
-from rumo.controllers.base import Candidate, Controller
-from rumo.controllers.condensing import Condensed, condense, quadratic_program
-from rumo.controllers.fallback import Trajectory
-from rumo.controllers.qp import QpOptions, solve
+from rumo.checks import non_negative_number, whole_number
+from rumo.controllers.base import Controller
+from rumo.controllers.gate import WIDE_GATE, InnovationGate
+from rumo.controllers.qp import QpOptions
 from rumo.discretization import Discretization
+from rumo.errors import ArgumentError, UnknownNameError
 from rumo.problem import Problem
-from rumo.signals import Array
+from rumo.recording import missing_operation
 
-# A guess farther from the dynamics than this share of what the inputs can do is not linearised about.
-STRAYED = 0.03
+BACKENDS = ("auto", "tailored", "portable", "reference")
+
+logger = logging.getLogger("rumo")
 
 
 class RealTimeIteration(Controller):
@@ -34,9 +39,39 @@ class RealTimeIteration(Controller):
         more than this share of how far the inputs can move it.
     qp : QpOptions, optional
         Limits and accuracy of the QP solver.
+    gate : InnovationGate, optional
+        Holds back implausible measurements; None lets all finite ones pass.
+    backend : str
+        What computes the steps: "tailored", the C core compiled for this problem on first use and kept in the user's
+        cache; "portable", the C core as installed; "reference", NumPy, some hundred times slower. "auto" takes the
+        first that works, or what the environment variable RUMO_BACKEND says. Without a working compiler, "tailored" is
+        "portable", and the logger "rumo" says why.
+
+    Attributes
+    ----------
+    backend : str
+        The one in use.
     """
 
     name = "rti"
+
+    def __new__(cls, *arguments: Any, **options: Any) -> RealTimeIteration:
+        """Choose the class that implements a backend."""
+        if cls is not RealTimeIteration:
+            return super().__new__(cls)
+        from rumo.controllers.compiled import CompiledRti
+        from rumo.controllers.reference import ReferenceRti
+
+        chosen = requested(options.get("backend", "auto"))
+        problem = arguments[0] if arguments else options.get("problem")
+        missing = missing_operation(problem) if isinstance(problem, Problem) and chosen != "reference" else None
+        if isinstance(problem, Problem) and missing is not None:
+            message = f"The C core lacks the operation {missing}, which {problem.model.name} uses."
+            if chosen != "auto":
+                raise ArgumentError("backend", repr(chosen), '"auto" or "reference" for this model', message)
+            logger.warning("%s The slow reference backend is used.", message)
+        implementation = ReferenceRti if chosen == "reference" or missing is not None else CompiledRti
+        return object.__new__(implementation)
 
     def __init__(
         self,
@@ -46,69 +81,30 @@ class RealTimeIteration(Controller):
         sqp_iterations: int = 1,
         tolerance: float = 1e-9,
         qp: QpOptions | None = None,
+        gate: InnovationGate | None = WIDE_GATE,
+        backend: str = "auto",
     ) -> None:
+        self._requested = requested(backend)
         self.sqp_iterations = whole_number(sqp_iterations, "sqp_iterations", 1)
-        self.tolerance = tolerance
+        self.tolerance = non_negative_number(tolerance, "tolerance")
         self.qp = qp or QpOptions()
-        self._condensed: Condensed | None = None
-        super().__init__(problem, discretization)
+        super().__init__(problem, discretization, gate=gate)
 
-    def _prepare(self, guess: Trajectory) -> bool:
-        # A plan made from a wild measurement would keep misleading its successors.
-        if not self._linearize(guess) or self._condensed is None:
-            return False
-        return guess.resting or self._condensed.straying < STRAYED
+    # What users see is how to make one, not how a class is chosen.
+    __signature__ = inspect.Signature(list(inspect.signature(__init__).parameters.values())[1:])
 
-    def _linearize(self, guess: Trajectory) -> bool:
-        """Linearise about the guess, eliminate the implicit states, condense; False if that gives no numbers."""
-        stages = self.transcription.linearize(guess.x, guess.u)
-        if not stages.finite:
-            return False
-        try:
-            self._condensed = condense(stages, self.problem, self.transcription.imposed)
-        except np.linalg.LinAlgError:
-            return False
-        return True
+    @property
+    @abstractmethod
+    def backend(self) -> str:
+        """What computes the steps."""
 
-    def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
-        candidate = self._iterate(x, window, guess)
-        for _ in range(self.sqp_iterations - 1):
-            if not candidate.status.solved or self._change(candidate.trajectory, guess) < self.tolerance:
-                break
-            guess = candidate.trajectory
-            if not self._linearize(guess):
-                break
-            better = self._iterate(x, window, guess)
-            if not better.status.solved:
-                break
-            candidate = better
-        return candidate
 
-    def _iterate(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate:
-        """One QP about a prepared guess, and its solution expanded."""
-        problem, condensed = self.problem, self._condensed
-        assert condensed is not None
-        d, nu = problem.delay, len(problem.model.inputs)
-
-        # The initial state is the measurement, the first d inputs are those already decided.
-        du_decided = self._applied[:d] - guess.u[:d]
-        known = np.r_[x - guess.x[0], du_decided.ravel(), 1.0]
-        reference = np.column_stack([window[name][1:] for name in problem.outputs])
-        program = quadratic_program(condensed, problem, known, reference, guess.u[d:], self._applied[-1])
-        v, status = solve(program, self.qp)
-
-        # x = x_g + dx, u = u_g + du
-        dx = condensed.x_known @ known + condensed.x_free @ v
-        du = np.vstack([du_decided, v.reshape(-1, nu) * problem.input_scales])
-        trajectory = Trajectory(guess.u + du, np.vstack([x, guess.x[1:] + dx]))
-        # As linearised: a stiff model's constraints at states that satisfy the dynamics to first order say nothing.
-        constraints = (condensed.g_known @ known + condensed.g_free @ v).reshape(problem.horizon, -1)
-        return self._assess(trajectory, constraints, status)
-
-    def _change(self, new: Trajectory, old: Trajectory) -> float:
-        """Largest change of an input over its range, or of a state over the reach of the inputs."""
-        assert self._condensed is not None
-        reach = self._condensed.reach
-        inputs = np.abs(new.u - old.u).max(axis=0) / self.problem.input_scales
-        states = np.abs(new.x - old.x).max(axis=0)[reach > 0.0] / reach[reach > 0.0]
-        return float(max(inputs.max(), states.max(initial=0.0)))
+def requested(backend: str) -> str:
+    """The backend asked for, here or by the environment."""
+    if backend not in BACKENDS:
+        raise UnknownNameError("backend", backend, BACKENDS)
+    if backend == "auto":
+        backend = os.environ.get("RUMO_BACKEND", "auto")
+        if backend not in BACKENDS:
+            raise UnknownNameError("RUMO_BACKEND", backend, BACKENDS, "Correct the environment variable, or unset it.")
+    return backend

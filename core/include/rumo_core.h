@@ -1,0 +1,203 @@
+/* The real-time iteration in C: one allocation at set-up, none afterwards, no globals, no locks.
+ *
+ * A controller is made in memory of the caller's, whose size is asked first; all arrays handed over are copied.
+ * Every function may be called for different controllers from different threads at the same time.
+ */
+#ifndef RUMO_CORE_H
+#define RUMO_CORE_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Changes whenever a struct of this file does. */
+#define RUMO_CORE_VERSION 1
+
+/* What a step came to; the order is that of rumo.Status. */
+typedef enum rumo_status {
+    RUMO_OPTIMAL,
+    RUMO_SOFT_VIOLATED,
+    RUMO_BUDGET_EXCEEDED,
+    RUMO_SOLVER_FAILED,
+    RUMO_BAD_REFERENCE,
+    RUMO_BAD_MEASUREMENT,
+    RUMO_PLAN_EXHAUSTED,
+    RUMO_STATUS_COUNT
+} rumo_status;
+
+/* Operations of a tape; a and b are registers. */
+typedef enum rumo_operation {
+    RUMO_CONSTANT, /* its constant */
+    RUMO_INPUT,    /* a: argument (0 z, 1 x, 2 u, 3 p), b: element */
+    RUMO_OUTPUT,   /* result: slot, a: register */
+    RUMO_ASSIGN,
+    RUMO_ADD,
+    RUMO_SUB,
+    RUMO_MUL,
+    RUMO_DIV,
+    RUMO_NEG,
+    RUMO_INV,
+    RUMO_SQ,
+    RUMO_TWICE,
+    RUMO_SQRT,
+    RUMO_SIN,
+    RUMO_COS,
+    RUMO_TAN,
+    RUMO_ASIN,
+    RUMO_ACOS,
+    RUMO_ATAN,
+    RUMO_ATAN2,
+    RUMO_SINH,
+    RUMO_COSH,
+    RUMO_TANH,
+    RUMO_ASINH,
+    RUMO_ACOSH,
+    RUMO_ATANH,
+    RUMO_EXP,
+    RUMO_EXPM1,
+    RUMO_LOG,
+    RUMO_LOG1P,
+    RUMO_POW,
+    RUMO_HYPOT,
+    RUMO_ERF,
+    RUMO_FABS,
+    RUMO_SIGN,
+    RUMO_COPYSIGN,
+    RUMO_FLOOR,
+    RUMO_CEIL,
+    RUMO_FMOD,
+    RUMO_FMIN,
+    RUMO_FMAX,
+    RUMO_LT,
+    RUMO_LE,
+    RUMO_EQ,
+    RUMO_NE,
+    RUMO_NOT,
+    RUMO_AND,
+    RUMO_OR,
+    RUMO_IF_ELSE_ZERO,
+    RUMO_OPERATION_COUNT
+} rumo_operation;
+
+/* A straight-line program that computes the terms of one stage from (z, x, u, p). */
+typedef struct rumo_tape {
+    int length;
+    int registers;
+    const int *code;         /* (length, 4): operation, result, a, b */
+    const double *constants; /* (length,) */
+} rumo_tape;
+
+/* A sparse matrix sorted by rows; entry e is term first + e of a stage. */
+typedef struct rumo_pattern {
+    int count, first;
+    const int *row, *column; /* (count,) */
+} rumo_pattern;
+
+/* How the implicit states of a stage are solved for, block by block of I - A1 in triangular order.
+ *
+ * A block's work is a dense matrix (size, size + width + 1): its part of I - A1, then those columns of
+ * (A0, B, defect) that reach it, then the unit of the row. The result [A | B | c] is sparse, entry by entry.
+ */
+typedef struct rumo_elimination {
+    int blocks;
+    const int *size, *width, *loads, *updates, *stores; /* (blocks,): the last three count entries */
+    const int *states;                                  /* (states,): the states of each block in turn */
+    const int *load;                                    /* (sum, 2): slot, place in the work */
+    const int *update;                                  /* (sum, 3): slot of I - A1, entry of the result, place */
+    const int *store;                                   /* (sum, 2): place, entry of the result */
+    int entries;
+    const int *row, *column; /* (entries,): of the result, sorted by rows; column nx + nu is c */
+} rumo_elimination;
+
+typedef struct rumo_sizes {
+    int horizon, states, inputs, outputs, constraints, parameters, delay, slots;
+} rumo_sizes;
+
+/* The problem in raw units. Infinite limits and infinite l1 (a hard row) are allowed. */
+typedef struct rumo_problem {
+    rumo_sizes sizes;
+    rumo_tape tape;
+    const double *fixed;                      /* (slots,): terms that are constant; NaN where the tape computes */
+    rumo_pattern A0, M, B, Cx, Cu, D, E;      /* M = I - A1 */
+    int y, G;                                 /* first terms of the vectors */
+    rumo_elimination elimination;
+    const double *output_weights;             /* (N, ny) */
+    const double *move_weights;               /* (N, nu) */
+    const double *input_scales;               /* (nu,) */
+    const double *input_lower, *input_upper;  /* (nu,) */
+    const double *move_lower, *move_upper;    /* (nu,) */
+    const double *safe_input;                 /* (nu,) */
+    const double *constraint_scales, *l1, *l2; /* (nc,) */
+    const int *imposed;                       /* (N, nc) */
+    const double *parameters;                 /* (np,) */
+} rumo_problem;
+
+typedef struct rumo_settings {
+    int sqp_iterations;
+    double sqp_tolerance;
+    int qp_iterations;     /* changes of the working set per QP */
+    double qp_tolerance;   /* of a row, in units of the inputs' ranges */
+    double qp_seconds;     /* time for a QP; infinite for none */
+    double gate_width;     /* of the innovation gate; infinite for none */
+    int gate_patience;     /* consistent implausible samples before they are believed */
+} rumo_settings;
+
+/* What a step returns; the arrays belong to the controller and stay until its next call. */
+typedef struct rumo_plan {
+    const double *numbers; /* u (N, nu), then x (N + 1, nx), then slacks (N, nc) */
+    int count;
+    rumo_status status, cause;
+    int iterations;            /* of the QP solver */
+    const int *conflict;       /* rows that cannot hold together, if the QP was infeasible: of the */
+    int conflicts;             /* free inputs bounds, their increments if limited, path constraints */
+    double prepare_seconds, feedback_seconds;
+} rumo_plan;
+
+typedef struct rumo_controller rumo_controller;
+
+typedef struct rumo_qp_data {
+    int variables, rows;
+    const double *hessian, *gradient;                  /* (n, n), (n,) */
+    const double *lower, *upper;                       /* (n,) */
+    const double *matrix;                              /* (rows, n) */
+    const double *row_lower, *row_upper, *l1, *l2;     /* (rows,): a finite l1 makes the upper limit soft */
+} rumo_qp_data;
+
+typedef struct rumo_qp_result {
+    rumo_status status;
+    int iterations;
+    int conflicts;
+    double seconds; /* time of the solution alone, without the factor of the Hessian */
+} rumo_qp_result;
+
+/* Everything the core offers; a tailored build exports one such table of its own. */
+typedef struct rumo_api {
+    int version;
+    const char *build; /* instruction set, and whether tailored */
+    size_t (*size)(const rumo_problem *);
+    rumo_controller *(*create)(const rumo_problem *, const rumo_settings *, void *memory);
+    void (*configure)(rumo_controller *, const rumo_settings *);
+    void (*reset)(rumo_controller *);
+    /* Guess of a state at rest, with the last input decided. */
+    void (*start)(rumo_controller *, const double *x);
+    double *(*applied)(rumo_controller *); /* (max(delay, 1), nu), oldest first; may be written to */
+    long *(*counts)(rumo_controller *);    /* (RUMO_STATUS_COUNT,) steps by status since the last reset */
+    void (*prepare)(rumo_controller *);
+    /* The plan for a measurement x (nx,) and the wanted outputs (N + 1, ny), from now on. */
+    void (*feedback)(rumo_controller *, const double *x, const double *reference, rumo_plan *);
+    /* Both, with a guess at rest where there is none. */
+    void (*step)(rumo_controller *, const double *x, const double *reference, rumo_plan *);
+    /* A QP by itself: memory of qp_size bytes; v (n,), multipliers (n + rows,), conflict (n + rows,).
+     * With a working set kept from a former call in the same memory (warm), it starts there. */
+    size_t (*qp_size)(int variables, int rows);
+    rumo_qp_result (*qp_solve)(const rumo_qp_data *, const rumo_settings *, int warm, void *memory, double *v,
+                               double *multipliers, int *conflict);
+} rumo_api;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

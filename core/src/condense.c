@@ -1,0 +1,208 @@
+/* From stages dx_i = A dx_{i-1} + B du_{i-1} + c to a dense quadratic program in the free inputs v = du / range.
+ *
+ * Index k = 0 .. N-1 stands for stage i = k + 1. An input acts on its own stage and those after it: columns of earlier
+ * stages are skipped, not multiplied.
+ */
+
+typedef struct dims {
+    int N, d, nx, nu, ny, nc, lanes; /* lanes: stages, padded */
+    int n, ld;                       /* free inputs; length of a row of them, padded */
+    int width, ldx;                  /* columns of (A, B, c); states, padded */
+} dims;
+
+typedef struct condensed {
+    double *stages;       /* (N, nx + nu + 1, ldx): columns of A, B and c */
+    double *response;     /* (N, nx, ld): dx over v */
+    double *outputs;      /* (N ny, ld): sqrt(2 Q) dy over v */
+    double *rows;         /* (N nc, ld): dG over v */
+    double *norm;         /* (N nc,): Euclidean norms of the rows */
+    double *largest;      /* (nx, ld): the largest dx of any stage over each input */
+    double *reach;        /* (nx,): how far all inputs' ranges move a state */
+    double *root_weights; /* (N, ny): sqrt(2 Q) */
+    double *hessian;      /* (n, ld): upper triangle */
+    double *factor;       /* (n, ld): U, with U'U the Hessian */
+    double *inverse;      /* (n, ld): inverse of U', lower triangular */
+    double *transpose;    /* (n, ld): inverse of U, upper triangular */
+} condensed;
+
+/* A sparse matrix of a stage by rows: entries start[r] .. start[r + 1] of row r. */
+typedef struct sparse {
+    int first;
+    const int *start, *column;
+} sparse;
+
+/* Free inputs that act on stage k. */
+static inline int inputs_at(const dims *s, int k) { return k < s->d ? 0 : (k + 1 - s->d) * s->nu; }
+
+/* result (entries, lanes) to the columns of each stage. */
+static void spread(const dims *s, const rumo_elimination *plan, const double *restrict result, double *restrict stages) {
+    for (int e = 0; e < plan->entries; ++e) {
+        double *restrict place = stages + plan->column[e] * s->ldx + plan->row[e];
+        const double *restrict values = result + (ptrdiff_t)e * s->lanes;
+        for (int k = 0; k < s->N; ++k) place[(ptrdiff_t)k * s->width * s->ldx] = values[k];
+    }
+}
+
+/* row = scale * sum of factor_e * (row column_e of from); factors lie `step` apart. */
+static inline void combine(double *restrict row, double scale, const double *restrict factor, int step,
+                           const int *column, int count, const double *restrict from, int ld, int length) {
+    for (int j = 0; j < length; j += LANES) {
+        double s[LANES] = {0.0};
+        for (int e = 0; e < count; ++e) {
+            const double f = factor[(ptrdiff_t)e * step];
+            const double *restrict x = from + (ptrdiff_t)column[e] * ld + j;
+            for (int l = 0; l < LANES; ++l) s[l] += f * x[l];
+        }
+        for (int l = 0; l < LANES; ++l) row[j + l] = scale * s[l];
+    }
+}
+
+/* The sparse matrices (Cx, Cu) or (D, E) of stage k times what the free inputs do to (x_i, u_{i-1}). */
+static inline void measure(const dims *s, const condensed *c, const double *restrict terms, int k, int r,
+                           const sparse *of_x, const sparse *of_u, double scale, const double *input_scales,
+                           double *restrict row) {
+    const double *values = terms + k;
+    combine(row, scale, values + (ptrdiff_t)(of_x->first + of_x->start[r]) * s->lanes, s->lanes,
+            of_x->column + of_x->start[r], of_x->start[r + 1] - of_x->start[r], c->response + (ptrdiff_t)k * s->nx * s->ld,
+            s->ld, padded(inputs_at(s, k)));
+    if (k < s->d) return;
+    for (int e = of_u->start[r]; e < of_u->start[r + 1]; ++e) {
+        const int j = of_u->column[e];
+        row[(k - s->d) * s->nu + j] += scale * values[(ptrdiff_t)(of_u->first + e) * s->lanes] * input_scales[j];
+    }
+}
+
+static inline void keep_largest(double *restrict largest, const double *restrict x, int length) {
+    for (int j = 0; j < length; j += LANES)
+        for (int l = 0; l < LANES; ++l) {
+            const double size = fabs(x[j + l]);
+            largest[j + l] = size > largest[j + l] ? size : largest[j + l];
+        }
+}
+
+static inline double sum(const double *x, int length) {
+    double s[LANES] = {0.0};
+    for (int j = 0; j < length; j += LANES)
+        for (int l = 0; l < LANES; ++l) s[l] += x[j + l];
+    return sum_of_lanes(s);
+}
+
+/* dx over v, stage by stage, from the sparse rows of A and B. */
+static void respond(const dims *s, const sparse *stage, const int *end_of_A, const double *restrict result,
+                    const double *input_scales, condensed *c) {
+    zero(c->largest, s->nx * s->ld);
+    for (int k = s->d; k < s->N; ++k) {
+        double *now = c->response + (ptrdiff_t)k * s->nx * s->ld;
+        const int before = padded(inputs_at(s, k - 1)), length = padded(inputs_at(s, k)), own = (k - s->d) * s->nu;
+        for (int r = 0; r < s->nx; ++r) {
+            double *restrict row = now + r * s->ld;
+            const double *values = result + (ptrdiff_t)stage->start[r] * s->lanes + k;
+            zero(row + before, length - before);
+            combine(row, 1.0, values, s->lanes, stage->column + stage->start[r], end_of_A[r] - stage->start[r],
+                    now - (ptrdiff_t)s->nx * s->ld, s->ld, before);
+            for (int e = end_of_A[r]; e < stage->start[r + 1]; ++e) {
+                const int j = stage->column[e] - s->nx;
+                if (j < s->nu) row[own + j] += result[(ptrdiff_t)e * s->lanes + k] * input_scales[j];
+            }
+            keep_largest(c->largest + r * s->ld, row, length);
+        }
+    }
+    for (int r = 0; r < s->nx; ++r) c->reach[r] = sum(c->largest + r * s->ld, s->ld);
+}
+
+/* Upper triangle of the Gauss-Newton Hessian: outputs' outputs, and the band of the input increments. */
+static void add_up_hessian(const dims *s, const double *restrict move_weights, const double *input_scales,
+                           condensed *c) {
+    enum { ROWS = 4 };
+    for (int i = 0; i < s->n; i += ROWS)
+        for (int j = i / LANES * LANES; j < s->ld; j += LANES) {
+            double block[ROWS][LANES] = {{0.0}};
+            /* Column j and those after it are zero before the stage of input j. */
+            const int first = (s->d + j / s->nu) * s->ny;
+            for (int r = first; r < s->N * s->ny; ++r) {
+                const double *restrict y = c->outputs + (ptrdiff_t)r * s->ld;
+                for (int p = 0; p < ROWS; ++p)
+                    for (int l = 0; l < LANES; ++l) block[p][l] += y[i + p] * y[j + l];
+            }
+            for (int p = 0; p < ROWS && i + p < s->n; ++p)
+                copy(c->hessian + (ptrdiff_t)(i + p) * s->ld + j, block[p], LANES);
+        }
+    for (int i = 0; i < s->n; ++i) {
+        const int j = i % s->nu;
+        const double weight = 2.0 * move_weights[s->d * s->nu + i] * input_scales[j] * input_scales[j];
+        double *diagonal = c->hessian + (ptrdiff_t)i * s->ld + i;
+        *diagonal += weight;
+        if (i < s->nu) continue;
+        double *before = diagonal - (ptrdiff_t)s->nu * (s->ld + 1);
+        *before += weight;
+        before[s->nu] -= weight;
+    }
+}
+
+/* s -= sum of a_p times row p, for eight columns; in two sums, so that one need not wait for the other. */
+static inline void subtract_rows(double *restrict s, const double *restrict a, const double *restrict rows, int ld,
+                                 int count) {
+    double t[LANES] = {0.0};
+    int p = 0;
+    for (; p + 1 < count; p += 2, a += 2 * ld, rows += 2 * ld) {
+        for (int l = 0; l < LANES; ++l) s[l] -= a[0] * rows[l];
+        for (int l = 0; l < LANES; ++l) t[l] -= a[ld] * rows[ld + l];
+    }
+    if (p < count)
+        for (int l = 0; l < LANES; ++l) s[l] -= a[0] * rows[l];
+    for (int l = 0; l < LANES; ++l) s[l] += t[l];
+}
+
+/* Cholesky factor U of a Hessian (upper triangle given), the inverse of U' and its transpose; 0 if not definite. */
+static int factorize(int n, int ld, const double *restrict hessian, double *restrict factor, double *restrict inverse,
+                     double *restrict transpose) {
+    for (int k = 0; k < n; ++k) {
+        double *restrict row = factor + (ptrdiff_t)k * ld;
+        const int start = k / LANES * LANES;
+        for (int j = start; j < ld; j += LANES) {
+            double s[LANES];
+            copy(s, hessian + (ptrdiff_t)k * ld + j, LANES);
+            subtract_rows(s, factor + k, factor + j, ld, k);
+            copy(row + j, s, LANES);
+        }
+        const double pivot = row[k];
+        if (!(pivot > 1e-14 * hessian[(ptrdiff_t)k * ld + k])) return 0;
+        const double scale = 1.0 / sqrt(pivot);
+        for (int j = start; j < k; ++j) row[j] = 0.0;
+        for (int j = start; j < ld; j += LANES)
+            for (int l = 0; l < LANES; ++l) row[j + l] *= scale;
+
+        /* Row k of U'^-1: U'_kk times it is e_k less what the rows before contribute. */
+        double *restrict solved = inverse + (ptrdiff_t)k * ld;
+        for (int j = 0; j <= k; j += LANES) {
+            double s[LANES] = {0.0};
+            subtract_rows(s, factor + (ptrdiff_t)j * ld + k, inverse + (ptrdiff_t)j * (ld + 1), ld, k - j);
+            for (int l = 0; l < LANES; ++l) solved[j + l] = scale * s[l];
+        }
+        solved[k] = scale;
+        for (int j = 0; j <= k; ++j) transpose[(ptrdiff_t)j * ld + k] = solved[j];
+    }
+    return 1;
+}
+
+/* dx of a stage from dx of the one before; du may be NULL for none. */
+static inline void advance(const dims *s, const double *restrict stage, const double *restrict before,
+                           const double *restrict du, double *restrict dx) {
+    for (int r = 0; r < s->ldx; r += LANES) {
+        double even[LANES], odd[LANES] = {0.0}; /* two sums, so that one need not wait for the other */
+        const double *restrict column = stage + r;
+        copy(even, stage + (ptrdiff_t)(s->width - 1) * s->ldx + r, LANES);
+        int c = 0;
+        for (; c + 1 < s->nx; c += 2, column += 2 * s->ldx) {
+            for (int l = 0; l < LANES; ++l) even[l] += before[c] * column[l];
+            for (int l = 0; l < LANES; ++l) odd[l] += before[c + 1] * column[s->ldx + l];
+        }
+        if (c < s->nx) {
+            for (int l = 0; l < LANES; ++l) even[l] += before[c] * column[l];
+            column += s->ldx;
+        }
+        for (int j = 0; du && j < s->nu; ++j, column += s->ldx)
+            for (int l = 0; l < LANES; ++l) odd[l] += du[j] * column[l];
+        for (int l = 0; l < LANES; ++l) dx[r + l] = even[l] + odd[l];
+    }
+}

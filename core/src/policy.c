@@ -1,0 +1,120 @@
+/* What is applied whatever happened: the plan, else the one before, shifted, else the safe input. */
+
+struct rumo_controller {
+    dims s;
+    rumo_problem problem;
+    rumo_settings settings;
+
+    int has_guess, resting;  /* where the next step linearises; a guess at rest need not satisfy the dynamics */
+    int has_previous;        /* the last plan, one sample later: what is followed without a solution */
+    int prepared, inputs_left;
+    double *applied;                    /* (max(d, 1), nu), oldest first */
+    double *guess_x, *guess_u;          /* (N + 1, nx), (N, nu) */
+    double *previous_x, *previous_u;
+    double *numbers;                    /* of the plan: u, x, slacks */
+    long counts[RUMO_STATUS_COUNT];
+    int implausible;                    /* samples in a row that the gate has held back */
+    double *suspect;                    /* (nx,): the last of them */
+
+    double *x_lanes, *u_lanes, *p_lanes, *registers, *terms, *result, *work; /* see tape.c, eliminate.c */
+    double *per_state;                  /* units in which pivots compare */
+    int balanced, *block_of;
+    sparse stage, Cx, Cu, D, E;
+    int *end_of_A;                      /* (nx,): where the entries of A end in each row of the result */
+    condensed c;
+    int *imposed_now;                   /* (N nc,) */
+    qp q;
+    double *dx;                         /* (N + 1, ldx) */
+    double *du;                         /* (N, nu) */
+    double *constraints;                /* (N nc,): path constraints if the inputs stay with the guess */
+    double *gradient, *best, *other;    /* (ld,) */
+    double prepare_seconds;
+};
+
+static inline double *plan_u(const rumo_controller *c) { return c->numbers; }
+static inline double *plan_x(const rumo_controller *c) { return c->numbers + c->s.N * c->s.nu; }
+static inline double *plan_slacks(const rumo_controller *c) { return plan_x(c) + (c->s.N + 1) * c->s.nx; }
+
+/* The inputs nearest to u (count, nu) that respect bounds and move bounds, one after the other. */
+static void make_admissible(const rumo_controller *c, const double *before, double *u, int count) {
+    const rumo_problem *p = &c->problem;
+    const int nu = c->s.nu;
+    for (int k = 0; k < count; ++k) {
+        for (int j = 0; j < nu; ++j) {
+            const double move = clip(u[k * nu + j] - before[j], p->move_lower[j], p->move_upper[j]);
+            u[k * nu + j] = clip(before[j] + move, p->input_lower[j], p->input_upper[j]);
+        }
+        before = u + k * nu;
+    }
+}
+
+/* Whether a measurement can be: within a wide gate around the prediction, or repeated often enough to be believed.
+ *
+ * The gate's width is in units of how far the inputs can move a state over the horizon, plus how far the plan does. */
+static int plausible(rumo_controller *c, const double *x) {
+    const int nx = c->s.nx;
+    if (!c->has_previous || isinf(c->settings.gate_width)) return 1;
+    int expected = 1, repeated = c->implausible > 0;
+    for (int r = 0; r < nx; ++r) {
+        double span = 0.0;
+        for (int k = 1; k <= c->s.N; ++k) span = fmax(span, fabs(c->previous_x[k * nx + r] - c->previous_x[r]));
+        const double gate = c->settings.gate_width * (c->c.reach[r] + span);
+        if (c->c.reach[r] == 0.0) continue; /* nothing to compare with */
+        expected &= fabs(x[r] - c->previous_x[r]) <= gate;
+        repeated &= fabs(x[r] - c->suspect[r]) <= gate;
+    }
+    if (expected) {
+        c->implausible = 0;
+        return 1;
+    }
+    copy(c->suspect, x, nx);
+    c->implausible = repeated ? c->implausible + 1 : 1;
+    if (c->implausible <= c->settings.gate_patience) return 0;
+    c->implausible = 0;
+    c->has_guess = 0; /* what was predicted is wrong */
+    return 1;
+}
+
+/* Complete the plan: `solved` says whether numbers hold a solution. Then shift it into the next guess. */
+static void follow(rumo_controller *c, int solved, rumo_status status, rumo_plan *plan) {
+    const dims *s = &c->s;
+    const int N = s->N, d = s->d, nx = s->nx, nu = s->nu, decided = d > 1 ? d : 1;
+    double *u = plan_u(c), *x = plan_x(c), *slacks = plan_slacks(c), *last = c->applied + (decided - 1) * nu;
+    plan->cause = status;
+    if (solved) {
+        c->inputs_left = N - d - 1;
+    } else {
+        for (int i = 0; i < N * s->nc; ++i) slacks[i] = NAN;
+        if (c->has_previous && c->inputs_left > 0) {
+            copy(u, c->previous_u, N * nu);
+            copy(x, c->previous_x, (N + 1) * nx);
+            --c->inputs_left;
+        } else {
+            for (int i = 0; i < N * nu; ++i) u[i] = c->problem.safe_input[i % nu];
+            for (int i = 0; i < (N + 1) * nx; ++i) x[i] = NAN;
+            status = RUMO_PLAN_EXHAUSTED;
+        }
+    }
+    copy(u, c->applied, d * nu);
+    make_admissible(c, last, u + d * nu, N - d);
+    const double *command = u + d * nu;
+    memmove(c->applied, c->applied + nu, (size_t)((decided - 1) * nu) * sizeof(double));
+    copy(last, command, nu);
+
+    plan->status = status;
+    ++c->counts[status];
+    /* One sample later: the last input stays, the last state is extrapolated. */
+    c->has_previous = status != RUMO_PLAN_EXHAUSTED;
+    if (c->has_previous) {
+        copy(c->previous_u, u + nu, (N - 1) * nu);
+        copy(c->previous_u + (N - 1) * nu, u + (N - 1) * nu, nu);
+        copy(c->previous_x, x + nx, N * nx);
+        for (int r = 0; r < nx; ++r) c->previous_x[N * nx + r] = 2.0 * x[N * nx + r] - x[(N - 1) * nx + r];
+        copy(c->guess_u, c->previous_u, N * nu);
+        copy(c->guess_x, c->previous_x, (N + 1) * nx);
+    }
+    /* A guess from which the solver came to nothing is not kept: the next measurement gives a new one. */
+    const int fruitless = !solved && (status == RUMO_SOLVER_FAILED || status == RUMO_BUDGET_EXCEEDED);
+    c->has_guess = c->has_previous && !fruitless;
+    c->resting = c->prepared = 0;
+}

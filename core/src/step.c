@@ -1,0 +1,463 @@
+/* The real-time iteration: prepare, then feedback, once per sample. */
+
+/* A guess farther from the dynamics than this share of what the inputs can do is not linearised about. */
+#define STRAYED 0.03
+/* A constraint that all inputs' ranges move by less than this share of its scale is not imposed. */
+#define NO_INFLUENCE 1e-10
+/* A constraint counts as violated above this share of its scale. */
+#define SLACK_TOLERANCE 1e-6
+
+static dims dims_of(const rumo_sizes *p) {
+#ifdef RUMO_TAILORED
+    static const rumo_sizes tailored = {RUMO_SIZES};
+    p = &tailored;
+#endif
+    dims s = {p->horizon, p->delay, p->states, p->inputs, p->outputs, p->constraints, padded(p->horizon), 0, 0, 0, 0};
+    s.n = (s.N - s.d) * s.nu;
+    s.ld = padded(s.n);
+    s.width = s.nx + s.nu + 1;
+    s.ldx = padded(s.nx);
+    return s;
+}
+
+static sparse rows_of(arena *a, const rumo_pattern *pattern, int rows) {
+    int *start = take_ints(a, rows + 1);
+    if (start)
+        for (int e = 0; e < pattern->count; ++e) ++start[pattern->row[e] + 1];
+    if (start)
+        for (int r = 0; r < rows; ++r) start[r + 1] += start[r];
+    return (sparse){pattern->first, start, keep_ints(a, pattern->column, pattern->count)};
+}
+
+static void keep_pattern(arena *a, rumo_pattern *pattern) {
+    pattern->row = keep_ints(a, pattern->row, pattern->count);
+    pattern->column = keep_ints(a, pattern->column, pattern->count);
+}
+
+static int total(const int *counts, int count) {
+    int sum = 0;
+    for (int i = 0; i < count; ++i) sum += counts[i];
+    return sum;
+}
+
+/* Lay out a controller in memory, or measure it; with memory, copy the problem. */
+static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
+    const dims s = c->s = dims_of(&p->sizes);
+    const int np = p->sizes.parameters;
+    c->problem = *p;
+    rumo_problem *own = &c->problem;
+    own->tape.code = keep_ints(a, p->tape.code, (ptrdiff_t)4 * p->tape.length);
+    own->tape.constants = keep_doubles(a, p->tape.constants, p->tape.length);
+    keep_pattern(a, &own->M);
+    rumo_elimination *e = &own->elimination;
+    const rumo_elimination *from = &p->elimination;
+    const int blocks = from->blocks, loads = total(from->loads, blocks), updates = total(from->updates, blocks),
+              stores = total(from->stores, blocks);
+    e->size = keep_ints(a, from->size, blocks);
+    e->width = keep_ints(a, from->width, blocks);
+    e->loads = keep_ints(a, from->loads, blocks);
+    e->updates = keep_ints(a, from->updates, blocks);
+    e->stores = keep_ints(a, from->stores, blocks);
+    e->states = keep_ints(a, from->states, s.nx);
+    e->load = keep_ints(a, from->load, (ptrdiff_t)2 * loads);
+    e->update = keep_ints(a, from->update, (ptrdiff_t)3 * updates);
+    e->store = keep_ints(a, from->store, (ptrdiff_t)2 * stores);
+    e->row = keep_ints(a, from->row, from->entries);
+    e->column = keep_ints(a, from->column, from->entries);
+    own->output_weights = NULL; /* kept as roots */
+    own->move_weights = keep_doubles(a, p->move_weights, s.N * s.nu);
+    own->input_scales = keep_doubles(a, p->input_scales, s.nu);
+    own->input_lower = keep_doubles(a, p->input_lower, s.nu);
+    own->input_upper = keep_doubles(a, p->input_upper, s.nu);
+    own->move_lower = keep_doubles(a, p->move_lower, s.nu);
+    own->move_upper = keep_doubles(a, p->move_upper, s.nu);
+    own->safe_input = keep_doubles(a, p->safe_input, s.nu);
+    own->constraint_scales = keep_doubles(a, p->constraint_scales, s.nc);
+    own->l1 = own->l2 = NULL; /* kept in the QP */
+    own->imposed = keep_ints(a, p->imposed, s.N * s.nc);
+    own->parameters = own->fixed = NULL; /* kept in lanes */
+
+    c->applied = take_doubles(a, (s.d > 1 ? s.d : 1) * s.nu);
+    c->guess_x = take_doubles(a, (s.N + 1) * s.nx);
+    c->guess_u = take_doubles(a, s.N * s.nu);
+    c->previous_x = take_doubles(a, (s.N + 1) * s.nx);
+    c->previous_u = take_doubles(a, s.N * s.nu);
+    c->numbers = take_doubles(a, s.N * s.nu + (s.N + 1) * s.nx + s.N * s.nc);
+    c->suspect = take_doubles(a, s.nx);
+
+    c->x_lanes = take_doubles(a, s.nx * (s.lanes + LANES));
+    c->u_lanes = take_doubles(a, s.nu * s.lanes);
+    c->p_lanes = take_doubles(a, (ptrdiff_t)np * s.lanes);
+    c->registers = take_doubles(a, (ptrdiff_t)p->tape.registers * 2 * LANES);
+    c->terms = take_doubles(a, (ptrdiff_t)p->sizes.slots * s.lanes);
+    c->result = take_doubles(a, (ptrdiff_t)from->entries * s.lanes);
+    int largest = 0;
+    for (int b = 0; b < blocks; ++b) {
+        const int size = from->size[b] * (from->size[b] + from->width[b] + 1);
+        largest = size > largest ? size : largest;
+    }
+    c->work = take_doubles(a, largest * LANES);
+    c->per_state = take_doubles(a, s.nx);
+    c->block_of = take_ints(a, s.nx);
+    const rumo_pattern result = {from->entries, 0, from->row, from->column};
+    c->stage = rows_of(a, &result, s.nx);
+    c->Cx = rows_of(a, &p->Cx, s.ny);
+    c->Cu = rows_of(a, &p->Cu, s.ny);
+    c->D = rows_of(a, &p->D, s.nc);
+    c->E = rows_of(a, &p->E, s.nc);
+    c->end_of_A = take_ints(a, s.nx);
+
+    condensed *d = &c->c;
+    d->stages = take_doubles(a, (ptrdiff_t)s.N * s.width * s.ldx);
+    d->response = take_doubles(a, (ptrdiff_t)s.N * s.nx * s.ld);
+    d->outputs = take_doubles(a, (ptrdiff_t)s.N * s.ny * s.ld);
+    d->rows = take_doubles(a, (ptrdiff_t)s.N * s.nc * s.ld);
+    d->norm = take_doubles(a, s.N * s.nc);
+    d->largest = take_doubles(a, (ptrdiff_t)s.nx * s.ld);
+    d->reach = take_doubles(a, s.nx);
+    d->root_weights = take_doubles(a, s.N * s.ny);
+    double **const squares[] = {&d->hessian, &d->factor, &d->inverse, &d->transpose};
+    for (size_t i = 0; i < sizeof squares / sizeof *squares; ++i) *squares[i] = take_doubles(a, (ptrdiff_t)s.n * s.ld);
+    int limited = 0;
+    for (int j = 0; j < s.nu; ++j) limited |= isfinite(p->move_lower[j]) || isfinite(p->move_upper[j]);
+    take_qp(a, &c->q, s.n, s.nu, s.N * s.nc, limited);
+    c->q.hessian = d->hessian;
+    c->q.inverse = d->inverse;
+    c->q.transpose = d->transpose;
+    c->q.matrix = d->rows;
+    c->imposed_now = take_ints(a, s.N * s.nc);
+    c->dx = take_doubles(a, (ptrdiff_t)(s.N + 1) * s.ldx);
+    c->du = take_doubles(a, s.N * s.nu);
+    c->constraints = take_doubles(a, s.N * s.nc);
+    c->gradient = take_doubles(a, s.ld);
+    c->best = take_doubles(a, s.ld);
+    c->other = take_doubles(a, s.ld);
+}
+
+static size_t controller_size(const rumo_problem *p) {
+    rumo_controller c;
+    arena a = {NULL, 0};
+    (void)take(&a, sizeof c);
+    lay_out(&a, &c, p);
+    return a.used + ALIGNMENT;
+}
+
+static void configure(rumo_controller *c, const rumo_settings *settings) { c->settings = *settings; }
+
+static void reset_controller(rumo_controller *c) {
+    c->has_guess = c->has_previous = c->prepared = c->inputs_left = c->implausible = c->balanced = 0;
+    const int decided = c->s.d > 1 ? c->s.d : 1;
+    for (int k = 0; k < decided; ++k) copy(c->applied + k * c->s.nu, c->problem.safe_input, c->s.nu);
+    memset(c->counts, 0, sizeof c->counts);
+    clear_members(&c->q);
+    c->prepare_seconds = 0.0;
+}
+
+static rumo_controller *create_controller(const rumo_problem *p, const rumo_settings *settings, void *memory) {
+    arena a = {aligned(memory), 0};
+    rumo_controller *c = (rumo_controller *)take(&a, sizeof *c);
+    lay_out(&a, c, p);
+    const dims *s = &c->s;
+    for (int i = 0; i < p->sizes.slots; ++i)
+        for (int k = 0; k < s->lanes; ++k) c->terms[(ptrdiff_t)i * s->lanes + k] = p->fixed[i];
+    for (int i = 0; i < p->sizes.parameters; ++i)
+        for (int k = 0; k < s->lanes; ++k) c->p_lanes[(ptrdiff_t)i * s->lanes + k] = p->parameters[i];
+    for (int i = 0; i < s->N * s->ny; ++i) c->c.root_weights[i] = sqrt(2.0 * p->output_weights[i]);
+    for (int r = 0; r < s->nx; ++r) {
+        c->end_of_A[r] = c->stage.start[r];
+        while (c->end_of_A[r] < c->stage.start[r + 1] && c->stage.column[c->end_of_A[r]] < s->nx) ++c->end_of_A[r];
+    }
+    for (int i = 0; i < s->N * s->nc; ++i) {
+        const int row = c->q.dense + i;
+        c->q.l1[row] = p->l1[i % s->nc];
+        c->q.l2[row] = p->l2[i % s->nc];
+        c->q.extent[i] = padded(inputs_at(s, i / s->nc));
+    }
+    configure(c, settings);
+    reset_controller(c);
+    return c;
+}
+
+static double *applied_inputs(rumo_controller *c) { return c->applied; }
+
+static long *status_counts(rumo_controller *c) { return c->counts; }
+
+static void start_guess(rumo_controller *c, const double *x) {
+    const dims *s = &c->s;
+    const double *last = c->applied + (s->d > 1 ? s->d - 1 : 0) * s->nu;
+    for (int k = 0; k <= s->N; ++k) copy(c->guess_x + k * s->nx, x, s->nx);
+    for (int i = 0; i < s->N * s->nu; ++i)
+        c->guess_u[i] = clip(last[i % s->nu], c->problem.input_lower[i % s->nu], c->problem.input_upper[i % s->nu]);
+    c->has_guess = c->resting = 1;
+    c->prepared = c->balanced = 0;
+    clear_members(&c->q);
+}
+
+/* Evaluate model, constraints and derivatives of all stages at the guess. */
+static void evaluate_stages(rumo_controller *c) {
+    const dims s = c->s;
+    const int stride = s.lanes + LANES;
+    for (int k = 0; k < stride; ++k) {
+        const double *x = c->guess_x + (k < s.N ? k : s.N) * s.nx;
+        for (int r = 0; r < s.nx; ++r) c->x_lanes[r * stride + k] = x[r];
+    }
+    for (int k = 0; k < s.lanes; ++k) {
+        const double *u = c->guess_u + (k < s.N ? k : s.N - 1) * s.nu;
+        for (int j = 0; j < s.nu; ++j) c->u_lanes[j * s.lanes + k] = u[j];
+    }
+    const guess_lanes in = {c->x_lanes + 1, c->x_lanes, c->u_lanes, c->p_lanes, stride, stride, s.lanes, s.lanes};
+    evaluate(&c->problem.tape, &in, s.lanes, c->registers, c->terms);
+}
+
+/* How far the guess is from satisfying the dynamics, over the reach of the inputs. */
+static double straying(const rumo_controller *c) {
+    const dims *s = &c->s;
+    double worst = 0.0;
+    for (int r = 0; r < s->nx; ++r) {
+        const int e = c->stage.start[r + 1] - 1; /* the last entry of a row is c, if it has one */
+        if (e < c->stage.start[r] || c->stage.column[e] != s->width - 1 || !(c->c.reach[r] > 0.0)) continue;
+        double largest = 0.0;
+        for (int k = 0; k < s->N; ++k) {
+            const double size = fabs(c->result[(ptrdiff_t)e * s->lanes + k]);
+            largest = size > largest ? size : largest;
+        }
+        worst = fmax(worst, largest / c->c.reach[r]);
+    }
+    return worst;
+}
+
+/* Linearise, eliminate, condense, factor, and take over the working set of the step before, `shift` stages on. */
+static int linearize(rumo_controller *c, int shift) {
+    const dims s = dims_of(&c->problem.sizes);
+    const double *scales = c->problem.input_scales;
+    evaluate_stages(c);
+    if (!all_finite(c->terms, c->problem.sizes.slots * s.lanes)) return 0;
+    if (!c->balanced) {
+        balance(&c->problem.elimination, &c->problem.M, c->terms, s.lanes, s.nx, c->block_of, c->per_state);
+        c->balanced = 1;
+    }
+    eliminate(&c->problem.elimination, c->per_state, c->terms, s.lanes, c->work, c->result);
+    if (!all_finite(c->result, c->problem.elimination.entries * s.lanes)) return 0;
+    spread(&s, &c->problem.elimination, c->result, c->c.stages);
+    respond(&s, &c->stage, c->end_of_A, c->result, scales, &c->c);
+    for (int k = s.d; k < s.N; ++k) {
+        const int length = padded(inputs_at(&s, k));
+        for (int i = k * s.ny; i < (k + 1) * s.ny; ++i)
+            measure(&s, &c->c, c->terms, k, i - k * s.ny, &c->Cx, &c->Cu, c->c.root_weights[i], scales,
+                    c->c.outputs + (ptrdiff_t)i * s.ld);
+        for (int i = k * s.nc; i < (k + 1) * s.nc; ++i) {
+            double *row = c->c.rows + (ptrdiff_t)i * s.ld;
+            measure(&s, &c->c, c->terms, k, i - k * s.nc, &c->D, &c->E, 1.0, scales, row);
+            const double norm = sqrt(dot(row, row, length));
+            c->imposed_now[i] = c->problem.imposed[i] && norm > NO_INFLUENCE * c->problem.constraint_scales[i - k * s.nc];
+            c->q.weight[c->q.dense + i] = c->imposed_now[i] ? 1.0 / norm : 0.0;
+        }
+    }
+    add_up_hessian(&s, c->problem.move_weights, scales, &c->c);
+    if (!factorize(s.n, s.ld, c->c.hessian, c->c.factor, c->c.inverse, c->c.transpose)) return 0;
+    renew_members(&c->q, shift * s.nu, shift * s.nc, c->imposed_now);
+    return 1;
+}
+
+static void prepare(rumo_controller *c) {
+    const double start = seconds_now();
+    /* A plan made from a wild measurement would keep misleading its successors. */
+    if (c->has_guess) c->has_guess = linearize(c, !c->resting) && (c->resting || straying(c) < STRAYED);
+    c->prepared = 1;
+    c->prepare_seconds = seconds_now() - start;
+}
+
+static inline double entry(const rumo_controller *c, const sparse *matrix, int e, int k) {
+    return c->terms[(ptrdiff_t)(matrix->first + e) * c->s.lanes + k];
+}
+
+/* An output or constraint of stage k at (dx, du), as linearised. */
+static inline double linearised(const rumo_controller *c, int value, int r, const sparse *of_x, const sparse *of_u, int k,
+                                const double *dx, const double *du) {
+    double y = c->terms[(ptrdiff_t)(value + r) * c->s.lanes + k];
+    for (int e = of_x->start[r]; e < of_x->start[r + 1]; ++e) y += entry(c, of_x, e, k) * dx[of_x->column[e]];
+    if (du)
+        for (int e = of_u->start[r]; e < of_u->start[r + 1]; ++e) y += entry(c, of_u, e, k) * du[of_u->column[e]];
+    return y;
+}
+
+/* Gradient and limits of the QP, now that measurement and reference are known. */
+static void set_up_qp(rumo_controller *c, const double *x, const double *reference) {
+    const dims s = dims_of(&c->problem.sizes);
+    const rumo_problem *p = &c->problem;
+    qp *q = &c->q;
+    /* What happens if the inputs stay with the guess from the first free one on. */
+    for (int r = 0; r < s.nx; ++r) c->dx[r] = x[r] - c->guess_x[r];
+    for (int i = 0; i < s.d * s.nu; ++i) c->du[i] = c->applied[i] - c->guess_u[i];
+    zero(c->gradient, s.ld);
+    for (int k = 0; k < s.N; ++k) {
+        double *dx = c->dx + (ptrdiff_t)(k + 1) * s.ldx;
+        const double *du = k < s.d ? c->du + k * s.nu : NULL;
+        advance(&s, c->c.stages + (ptrdiff_t)k * s.width * s.ldx, dx - s.ldx, du, dx);
+        for (int r = 0; r < s.nc; ++r) {
+            const int i = k * s.nc + r;
+            c->constraints[i] = linearised(c, p->G, r, &c->D, &c->E, k, dx, du);
+            q->upper[q->dense + i] = c->imposed_now[i] ? -c->constraints[i] : INFINITY;
+        }
+        if (k < s.d) continue;
+        for (int r = 0; r < s.ny; ++r) {
+            const int i = k * s.ny + r;
+            const double error = linearised(c, p->y, r, &c->Cx, &c->Cu, k, dx, du) - reference[(k + 1) * s.ny + r];
+            axpy(c->gradient, c->c.root_weights[i] * error, c->c.outputs + (ptrdiff_t)i * s.ld, padded(inputs_at(&s, k)));
+        }
+    }
+    const double *last = c->applied + (s.d > 1 ? s.d - 1 : 0) * s.nu;
+    const double *u = c->guess_u + s.d * s.nu;
+    for (int i = 0; i < s.n; ++i) {
+        const int j = i % s.nu;
+        const double scale = p->input_scales[j], move = u[i] - (i < s.nu ? last[j] : u[i - s.nu]);
+        const double slope = 2.0 * p->move_weights[s.d * s.nu + i] * move * scale;
+        c->gradient[i] += slope;
+        if (i >= s.nu) c->gradient[i - s.nu] -= slope;
+        q->lower[i] = (p->input_lower[j] - u[i]) / scale;
+        q->upper[i] = (p->input_upper[j] - u[i]) / scale;
+        if (!q->band) continue;
+        q->lower[s.n + i] = (p->move_lower[j] - move) / scale;
+        q->upper[s.n + i] = (p->move_upper[j] - move) / scale;
+    }
+    watch_members(q);
+}
+
+/* Cost of v and of its violation of soft rows; *violation is the largest of hard ones, in units of the ranges. */
+static double merit(const rumo_controller *c, const double *v, double *violation) {
+    const qp *q = &c->q;
+    double cost = 0.0;
+    *violation = 0.0;
+    for (int i = 0; i < q->n; ++i) {
+        double sum = 0.5 * q->hessian[(ptrdiff_t)i * q->ld + i] * v[i];
+        for (int j = i + 1; j < q->n; ++j) sum += q->hessian[(ptrdiff_t)i * q->ld + j] * v[j];
+        cost += v[i] * (sum + c->gradient[i]);
+    }
+    for (int r = q->dense; r < q->rows; ++r) {
+        const double over = dot(q->matrix + (ptrdiff_t)(r - q->dense) * q->ld, v, q->extent[r - q->dense]) - q->upper[r];
+        if (!(over > 0.0)) continue;
+        if (isinf(q->l1[r])) *violation = fmax(*violation, over * q->weight[r]);
+        else cost += over * (q->l1[r] + q->l2[r] * over);
+    }
+    return cost;
+}
+
+/* Put v within bounds and move bounds. */
+static void clip_deviations(const rumo_controller *c, double *v) {
+    const dims *s = &c->s;
+    double *u = plan_u(c) + s->d * s->nu;
+    const double *guess = c->guess_u + s->d * s->nu, *scale = c->problem.input_scales;
+    for (int i = 0; i < s->n; ++i) u[i] = guess[i] + scale[i % s->nu] * v[i];
+    make_admissible(c, c->applied + (s->d > 1 ? s->d - 1 : 0) * s->nu, u, s->N - s->d);
+    for (int i = 0; i < s->n; ++i) v[i] = (u[i] - guess[i]) / scale[i % s->nu];
+}
+
+/* When the budget has run out: the better of where the solver stands and the guess, both made admissible. */
+static void take_best(rumo_controller *c) {
+    double beyond, beyond_guess;
+    copy(c->best, c->q.v, c->s.ld);
+    zero(c->other, c->s.ld);
+    clip_deviations(c, c->best);
+    clip_deviations(c, c->other);
+    const double cost = merit(c, c->best, &beyond), cost_guess = merit(c, c->other, &beyond_guess);
+    const int worse = fabs(beyond - beyond_guess) > SLACK_TOLERANCE ? beyond > beyond_guess : !(cost <= cost_guess);
+    copy(c->q.v, worse ? c->other : c->best, c->s.ld);
+    update_values(&c->q);
+}
+
+/* Inputs, states and slacks of the QP's solution; returns the status it deserves. */
+static rumo_status expand(rumo_controller *c, const double *x, rumo_status status) {
+    const dims s = dims_of(&c->problem.sizes);
+    const double *scale = c->problem.input_scales;
+    double *u = plan_u(c), *states = plan_x(c), *slacks = plan_slacks(c);
+    for (int i = 0; i < s.n; ++i) c->du[s.d * s.nu + i] = scale[i % s.nu] * c->q.v[i];
+    for (int i = 0; i < s.N * s.nu; ++i) u[i] = c->guess_u[i] + c->du[i];
+    copy(states, x, s.nx);
+    int violated = 0;
+    for (int k = 0; k < s.N; ++k) {
+        double *dx = c->dx + (ptrdiff_t)(k + 1) * s.ldx;
+        if (k >= s.d)
+            advance(&s, c->c.stages + (ptrdiff_t)k * s.width * s.ldx, dx - s.ldx, c->du + k * s.nu, dx);
+        for (int r = 0; r < s.nx; ++r) states[(k + 1) * s.nx + r] = c->guess_x[(k + 1) * s.nx + r] + dx[r];
+        for (int r = 0; r < s.nc; ++r) {
+            const int i = k * s.nc + r;
+            const double over = c->constraints[i] + (k < s.d ? 0.0 : c->q.value[c->q.dense + i]);
+            slacks[i] = over > 0.0 ? over : 0.0;
+            violated |= slacks[i] > SLACK_TOLERANCE * c->problem.constraint_scales[r] && c->problem.imposed[i];
+        }
+    }
+    if (!all_finite(c->numbers, s.N * s.nu + (s.N + 1) * s.nx)) return RUMO_SOLVER_FAILED;
+    return status == RUMO_OPTIMAL && violated ? RUMO_SOFT_VIOLATED : status;
+}
+
+/* One QP about a prepared guess; SOLVER_FAILED leaves no plan. */
+static rumo_status iterate(rumo_controller *c, const double *x, const double *reference, rumo_plan *plan) {
+    const qp_limits limits = {c->settings.qp_iterations, c->settings.qp_tolerance, c->settings.qp_seconds};
+    set_up_qp(c, x, reference);
+    const rumo_status status = solve_qp(&c->q, c->gradient, &limits);
+    plan->iterations += c->q.iterations;
+    plan->conflicts = c->q.conflicts;
+    if (status == RUMO_SOLVER_FAILED) return status;
+    if (status == RUMO_BUDGET_EXCEEDED) take_best(c);
+    return expand(c, x, status);
+}
+
+static int is_solved(rumo_status status) { return status == RUMO_OPTIMAL || status == RUMO_SOFT_VIOLATED; }
+
+/* Largest change of an input over its range, or of a state over the reach of the inputs, from guess to plan. */
+static double change(const rumo_controller *c) {
+    const dims *s = &c->s;
+    double largest = 0.0;
+    for (int i = 0; i < s->N * s->nu; ++i)
+        largest = fmax(largest, fabs(plan_u(c)[i] - c->guess_u[i]) / c->problem.input_scales[i % s->nu]);
+    for (int i = 0; i < (s->N + 1) * s->nx; ++i)
+        if (c->c.reach[i % s->nx] > 0.0)
+            largest = fmax(largest, fabs(plan_x(c)[i] - c->guess_x[i]) / c->c.reach[i % s->nx]);
+    return largest;
+}
+
+static rumo_status attempt(rumo_controller *c, const double *x, const double *reference, rumo_plan *plan) {
+    const dims *s = &c->s;
+    if (!all_finite(x, s->nx)) return RUMO_BAD_MEASUREMENT;
+    if (!all_finite(reference, (s->N + 1) * s->ny)) return RUMO_BAD_REFERENCE;
+    if (!plausible(c, x)) return RUMO_BAD_MEASUREMENT;
+    if (!c->has_guess) {
+        start_guess(c, x);
+        if (!linearize(c, 0)) return RUMO_SOLVER_FAILED;
+    }
+    rumo_status status = iterate(c, x, reference, plan);
+    for (int i = 1; i < c->settings.sqp_iterations && is_solved(status); ++i) {
+        if (change(c) < c->settings.sqp_tolerance) break;
+        copy(c->guess_u, plan_u(c), s->N * s->nu);
+        copy(c->guess_x, plan_x(c), (s->N + 1) * s->nx);
+        if (!linearize(c, 0)) break;
+        const rumo_status better = iterate(c, x, reference, plan);
+        if (!is_solved(better)) {
+            /* Keep what the iteration before found: it is the guess. */
+            copy(plan_u(c), c->guess_u, s->N * s->nu);
+            copy(plan_x(c), c->guess_x, (s->N + 1) * s->nx);
+            break;
+        }
+        status = better;
+    }
+    return status;
+}
+
+static void feedback(rumo_controller *c, const double *x, const double *reference, rumo_plan *plan) {
+    if (!c->prepared) prepare(c);
+    const double start = seconds_now();
+    plan->numbers = c->numbers;
+    plan->count = c->s.N * c->s.nu + (c->s.N + 1) * c->s.nx + c->s.N * c->s.nc;
+    plan->iterations = plan->conflicts = 0;
+    plan->conflict = c->q.conflict;
+    const rumo_status status = attempt(c, x, reference, plan);
+    follow(c, status != RUMO_BAD_MEASUREMENT && status != RUMO_BAD_REFERENCE && status != RUMO_SOLVER_FAILED, status, plan);
+    plan->prepare_seconds = c->prepare_seconds;
+    plan->feedback_seconds = seconds_now() - start;
+}
+
+static void step(rumo_controller *c, const double *x, const double *reference, rumo_plan *plan) {
+    if (!c->has_guess && all_finite(x, c->s.nx)) start_guess(c, x);
+    if (!c->prepared) prepare(c);
+    feedback(c, x, reference, plan);
+}

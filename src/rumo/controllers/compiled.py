@@ -1,0 +1,160 @@
+"""The real-time iteration in the C core."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rumo.controllers.base import ReferenceWindow
+from rumo.controllers.qp import QpOptions
+from rumo.controllers.rti import RealTimeIteration
+from rumo.errors import CallOrderError
+from rumo.kernel import Build, Core, Settings, describe, portable, tailored
+from rumo.plan import Plan
+from rumo.signals import Array, Values
+from rumo.status import Status
+
+STATUSES = tuple(Status)
+
+
+class CompiledRti(RealTimeIteration):
+    """`RealTimeIteration(problem, backend="tailored")` or `"portable"`."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        description = self._describe()
+        self._build: Build = portable() if self._requested == "portable" else tailored(description)
+        self._core = Core(self._build.table, description.values, asdict(self._settings()))
+        self.reset()
+
+    @property
+    def backend(self) -> str:
+        """What computes the steps."""
+        return self._build.name
+
+    @property
+    def qp(self) -> QpOptions:
+        """Limits and accuracy of the QP solver; may be set between steps."""
+        return self._qp
+
+    @qp.setter
+    def qp(self, options: QpOptions) -> None:
+        self._qp = options
+        if hasattr(self, "_core"):
+            self._core.configure(asdict(self._settings()))
+
+    def reset(self, x: Values | None = None, applied: Mapping[str, float] | ArrayLike | None = None) -> None:
+        """Forget everything, see `Controller.reset`."""
+        decided = self._decided(applied)
+        start = None if x is None else self.problem.model.states.finite_vector(x, "x")
+        self._core.reset()
+        self._core.set_applied(decided)
+        if start is not None:
+            self._core.start(start)
+
+    @property
+    def applied(self) -> Array:
+        """Inputs already decided, see `Controller.applied`."""
+        inputs = np.empty((max(self.problem.delay, 1), len(self.problem.model.inputs)))
+        self._core.get_applied(inputs)
+        return inputs
+
+    @applied.setter
+    def applied(self, inputs: Mapping[str, float] | ArrayLike) -> None:
+        self._core.set_applied(self._decided(inputs))
+
+    @property
+    def status_counts(self) -> Counter[Status]:
+        """Outcomes of all steps since the last reset."""
+        counts = zip(STATUSES, self._core.counts(), strict=True)
+        return Counter({status: count for status, count in counts if count})
+
+    def prepare(self) -> None:
+        """Do all that needs no measurement, see `Controller.prepare`."""
+        self._core.prepare()
+
+    def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
+        """Return the plan for a measurement, see `Controller.feedback`.
+
+        Fastest for arrays: x (nx,) and reference (N + 1, ny), contiguous, of floats.
+        """
+        if not self._core.ready:
+            raise CallOrderError("feedback() needs a preparation: call prepare() first, or step() for both.")
+        return self._run(self._core.feedback, x, reference)
+
+    def step(self, x: Values, reference: ReferenceWindow) -> Plan:
+        """`prepare()` and `feedback(x, reference)` in one call."""
+        return self._run(self._core.step, x, reference)
+
+    def _run(self, function: Any, x: Values, reference: ReferenceWindow) -> Plan:
+        numbers = np.empty(self._layout.size)
+        try:
+            outcome = function(x, reference, numbers)
+        except (BufferError, TypeError, ValueError):
+            measurement = self.problem.model.states.vector(x, "x")
+            window = self._window(reference)
+            wanted = np.column_stack([window[name] for name in self.problem.outputs])
+            outcome = function(measurement, np.ascontiguousarray(wanted), numbers)
+        status, cause, prepare, feedback, iterations, conflict = outcome
+        return Plan(
+            self._layout,
+            numbers,
+            STATUSES[status],
+            STATUSES[cause],
+            prepare,
+            feedback,
+            iterations,
+            self._names_of(conflict) if conflict else (),
+        )
+
+    def _settings(self) -> Settings:
+        gate = self.gate
+        return Settings(
+            sqp_iterations=self.sqp_iterations,
+            sqp_tolerance=self.tolerance,
+            qp_iterations=self.qp.max_iterations,
+            qp_tolerance=self.qp.tolerance,
+            qp_seconds=self.qp.time_limit,
+            gate_width=np.inf if gate is None else gate.width,
+            gate_patience=0 if gate is None else gate.patience,
+        )
+
+    def _describe(self) -> Any:
+        problem, model = self.problem, self.problem.model
+        penalties = [constraint.penalty for constraint in problem.constraints]
+        sizes = {
+            "horizon": problem.horizon,
+            "states": len(model.states),
+            "inputs": len(model.inputs),
+            "outputs": len(problem.outputs),
+            "constraints": len(problem.constraints),
+            "parameters": len(problem.parameters),
+            "delay": problem.delay,
+        }
+        names = ("output_weights", "move_weights", "input_scales", "input_lower", "input_upper", "move_lower")
+        values = {name: getattr(problem, name) for name in (*names, "move_upper", "safe_input", "constraint_scales")}
+        values |= {
+            "l1": np.array([np.inf if penalty is None else penalty.l1 for penalty in penalties]),
+            "l2": np.array([0.0 if penalty is None else penalty.l2 for penalty in penalties]),
+            "imposed": self.transcription.imposed,
+            "parameter_values": problem.parameters,
+        }
+        return describe(self.transcription.program(), sizes, values)
+
+    def _names_of(self, rows: list[int]) -> tuple[str, ...]:
+        """Rows of the QP in words: bounds of the free inputs, their increments if limited, path constraints."""
+        problem = self.problem
+        inputs, d = problem.model.inputs.names, problem.delay
+        n = len(inputs) * (problem.horizon - d)
+        limited = np.isfinite(problem.move_lower).any() or np.isfinite(problem.move_upper).any()
+        names = [f"bounds of {inputs[i % len(inputs)]} at stage {d + i // len(inputs) + 1}" for i in range(n)]
+        names += [name.replace("bounds", "move bounds", 1) for name in names] if limited else []
+        constraints = problem.constraint_names.names
+        for stage in range(problem.horizon):
+            names += [f"{name} at stage {stage + 1}" for name in constraints]
+        return tuple(names[row] for row in sorted(rows))

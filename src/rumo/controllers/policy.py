@@ -1,0 +1,185 @@
+"""The phases of a step and the failure policy, for controllers in Python; the C core has its own."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rumo.controllers.base import Controller, ReferenceWindow
+from rumo.controllers.fallback import Trajectory, admissible
+from rumo.controllers.gate import WIDE_GATE, Gatekeeper, InnovationGate
+from rumo.discretization import Discretization
+from rumo.errors import CallOrderError
+from rumo.plan import SLACK_TOLERANCE, Plan
+from rumo.problem import Problem
+from rumo.signals import Array, Values
+from rumo.status import Status
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """What a solver proposes: a trajectory, slacks (N, nc), and how far the solver got.
+
+    The trajectory is NaN where the solver has nothing to propose.
+    """
+
+    trajectory: Trajectory
+    slacks: Array
+    status: Status
+
+
+class PolicyController(Controller):
+    """A controller that proposes a trajectory; what is applied, whatever happens, is decided here."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        discretization: Discretization | None = None,
+        *,
+        gate: InnovationGate | None = WIDE_GATE,
+    ) -> None:
+        super().__init__(problem, discretization, gate=gate)
+        self._counts: Counter[Status] = Counter()
+        self.reset()
+
+    def reset(self, x: Values | None = None, applied: Mapping[str, float] | ArrayLike | None = None) -> None:
+        """Forget everything, see `Controller.reset`."""
+        self._guess: Trajectory | None = None  # where the next step linearises or starts from
+        self._previous: Trajectory | None = None  # the last plan, shifted: what is followed without a solution
+        self._prepared = False
+        self._prepare_time = 0.0
+        self._inputs_left = 0
+        self._counts.clear()
+        self._gatekeeper = Gatekeeper(self.gate)
+        self._applied = self._decided(applied)
+        if x is not None:
+            self._start_guess(self.problem.model.states.finite_vector(x, "x"))
+
+    @property
+    def applied(self) -> Array:
+        """Inputs already decided, see `Controller.applied`."""
+        return self._applied.copy()
+
+    @applied.setter
+    def applied(self, inputs: Mapping[str, float] | ArrayLike) -> None:
+        self._applied = self._decided(inputs)
+
+    @property
+    def status_counts(self) -> Counter[Status]:
+        """Outcomes of all steps since the last reset."""
+        return self._counts
+
+    def step(self, x: Values, reference: ReferenceWindow) -> Plan:
+        """`prepare()` and `feedback(x, reference)` in one call."""
+        measurement = self.problem.model.states.vector(x, "x")
+        if self._guess is None and np.isfinite(measurement).all():
+            self._start_guess(measurement)
+        if not self._prepared:
+            self.prepare()
+        return self.feedback(measurement, reference)
+
+    def prepare(self) -> None:
+        """Do all that needs no measurement. Before the first step there is nothing to do."""
+        start = perf_counter()
+        if self._guess is not None:
+            with np.errstate(all="ignore"):
+                if not self._prepare(self._guess):
+                    self._guess = None
+        self._prepared = True
+        self._prepare_time = perf_counter() - start
+
+    def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
+        """Return the plan for a measurement, see `Controller.feedback`."""
+        if not self._prepared:
+            raise CallOrderError("feedback() needs a preparation: call prepare() first, or step() for both.")
+        start = perf_counter()
+        measurement = self.problem.model.states.vector(x, "x")
+        window = self._window(reference)
+        with np.errstate(all="ignore"):
+            candidate, status = self._attempt(measurement, window)
+        plan = self._follow(candidate, status, start)
+        self._prepared = False
+        self._counts[plan.status] += 1
+        return plan
+
+    def _assess(self, trajectory: Trajectory, constraints: Array, status: Status) -> Candidate:
+        """A solver's result, its status lowered to SOFT_VIOLATED where imposed constraints (N, nc) exceed 0."""
+        slacks = np.maximum(constraints, 0.0)
+        violated = slacks > SLACK_TOLERANCE * self.problem.constraint_scales
+        if status is Status.OPTIMAL and violated[self.transcription.imposed].any():
+            status = Status.SOFT_VIOLATED
+        return Candidate(trajectory, slacks, status)
+
+    @abstractmethod
+    def _prepare(self, guess: Trajectory) -> bool:
+        """Prepare at the guess; False if the model gives no usable numbers there."""
+
+    @abstractmethod
+    def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
+        """Solve for a finite measurement; None if the solver failed."""
+
+    def _reach(self) -> Array | None:
+        """How far all inputs together can move each state over the horizon (nx,); None where not known."""
+        return None
+
+    def _attempt(self, x: Array, window: dict[str, Array]) -> tuple[Candidate | None, Status]:
+        if not np.isfinite(x).all():
+            return None, Status.BAD_MEASUREMENT
+        if not all(np.isfinite(values).all() for values in window.values()):
+            return None, Status.BAD_REFERENCE
+        if self._previous is not None and not self._gatekeeper.admits(x, self._previous.x, self._reach()):
+            return None, Status.BAD_MEASUREMENT
+        if self._gatekeeper.surprised:  # what was predicted is wrong
+            self._guess = None
+        guess = self._guess
+        if guess is None:
+            guess = self._start_guess(x)
+            if not self._prepare(guess):
+                return None, Status.SOLVER_FAILED
+        candidate = self._solve(x, window, guess)
+        if candidate is None:
+            return None, Status.SOLVER_FAILED
+        if candidate.trajectory.finite and candidate.status is not Status.SOLVER_FAILED:
+            return candidate, candidate.status
+        return None, Status.SOLVER_FAILED if candidate.status.solved else candidate.status
+
+    def _follow(self, candidate: Candidate | None, status: Status, start: float) -> Plan:
+        """Apply the failure policy: the candidate, else the shifted plan, else the safe input."""
+        problem = self.problem
+        N, d = problem.horizon, problem.delay
+        decided = self._applied[:d]
+        cause = status
+        slacks = np.full((N, len(problem.constraints)), np.nan)
+        states = np.full((N + 1, len(problem.model.states)), np.nan)
+        if candidate is not None:
+            wanted, states, slacks = candidate.trajectory.u[d:], candidate.trajectory.x, candidate.slacks
+            self._inputs_left = N - d - 1
+        elif self._previous is not None and self._inputs_left > 0:
+            wanted, states = self._previous.u[d:], self._previous.x
+            self._inputs_left -= 1
+        else:
+            wanted = np.tile(problem.safe_input, (N - d, 1))
+            status = Status.PLAN_EXHAUSTED
+        u = np.vstack([decided, admissible(problem, wanted, self._applied[-1])])
+        command = u[d]
+        self._applied = np.vstack([self._applied[1:], command])
+        # The next guess is this plan one sample later; without a plan, the next measurement gives it.
+        self._previous = None if status is Status.PLAN_EXHAUSTED else Trajectory(u, states).shifted()
+        # A guess from which the solver came to nothing is not kept: the next measurement gives a new one.
+        fruitless = candidate is None and status in (Status.SOLVER_FAILED, Status.BUDGET_EXCEEDED)
+        self._guess = None if fruitless else self._previous
+        numbers = np.concatenate([u.ravel(), states.ravel(), slacks.ravel()])
+        return Plan(self._layout, numbers, status, cause, self._prepare_time, perf_counter() - start)
+
+    def _start_guess(self, x: Array) -> Trajectory:
+        problem = self.problem
+        u = np.clip(self._applied[-1], problem.input_lower, problem.input_upper)
+        self._guess = Trajectory.at_rest(x, u, problem.horizon)
+        self._prepared = False
+        return self._guess

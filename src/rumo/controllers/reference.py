@@ -1,0 +1,51 @@
+"""The real-time iteration in NumPy, line by line the paper: slow, readable, and the oracle of the compiled one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rumo.controllers.condensed import CondensedController
+from rumo.controllers.fallback import Trajectory
+from rumo.controllers.policy import Candidate
+from rumo.controllers.rti import RealTimeIteration
+from rumo.signals import Array
+
+# A guess farther from the dynamics than this share of what the inputs can do is not linearised about.
+STRAYED = 0.03
+
+
+class ReferenceRti(RealTimeIteration, CondensedController):
+    """`RealTimeIteration(problem, backend="reference")`."""
+
+    @property
+    def backend(self) -> str:
+        """What computes the steps."""
+        return "reference"
+
+    def _prepare(self, guess: Trajectory) -> bool:
+        # A plan made from a wild measurement would keep misleading its successors.
+        if not self._linearize(guess) or self._condensed is None:
+            return False
+        return guess.resting or self._condensed.straying < STRAYED
+
+    def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
+        candidate = self._iterate(x, window, guess)
+        for _ in range(self.sqp_iterations - 1):
+            if not candidate.status.solved or self._change(candidate.trajectory, guess) < self.tolerance:
+                break
+            guess = candidate.trajectory
+            if not self._linearize(guess):
+                break
+            better = self._iterate(x, window, guess)
+            if not better.status.solved:
+                break
+            candidate = better
+        return candidate
+
+    def _change(self, new: Trajectory, old: Trajectory) -> float:
+        """Largest change of an input over its range, or of a state over the reach of the inputs."""
+        assert self._condensed is not None
+        reach = self._condensed.reach
+        inputs = np.abs(new.u - old.u).max(axis=0) / self.problem.input_scales
+        states = np.abs(new.x - old.x).max(axis=0)[reach > 0.0] / reach[reach > 0.0]
+        return float(max(inputs.max(), states.max(initial=0.0)))

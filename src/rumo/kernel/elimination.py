@@ -1,0 +1,96 @@
+"""The order in which a stage's implicit states are solved for, found from sparsity patterns alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+Positions = Sequence[tuple[int, int]]
+"""(row, column) of the structural nonzeros of a matrix, sorted by rows."""
+
+
+def triangular_blocks(pattern: np.ndarray) -> list[list[int]]:
+    """States in groups that are solved for together, each group depending on earlier ones only.
+
+    Parameters
+    ----------
+    pattern : ndarray of bool, shape (n, n)
+        Which state enters which equation; the diagonal counts as set.
+    """
+    reached = pattern | np.eye(len(pattern), dtype=bool)
+    for _ in range(len(pattern).bit_length()):
+        reached = reached @ reached
+    coupled = reached & reached.T
+    # A state that depends on another without being coupled to it reaches more states than that one.
+    groups = {tuple(np.flatnonzero(row).tolist()) for row in coupled}
+    return [list(group) for group in sorted(groups, key=lambda group: (reached[group[0]].sum(), group))]
+
+
+def eliminate(
+    first: Mapping[str, int], positions: Mapping[str, Positions], states: int, inputs: int
+) -> dict[str, np.ndarray]:
+    """Tables of `rumo_elimination` for `M dx = A0 dx_before + B du + defect`.
+
+    Parameters
+    ----------
+    first : mapping of str to int
+        Slot of the first term of each of M, A0, B, defect.
+    positions : mapping of str to (row, column) pairs
+        Nonzeros of M, A0 and B.
+    states, inputs : int
+        Sizes nx and nu.
+    """
+    constant = states + inputs
+    m_at = {place: first["M"] + e for e, place in enumerate(positions["M"])}
+    right: list[dict[int, int]] = [{constant: first["defect"] + r} for r in range(states)]
+    for e, (row, column) in enumerate(positions["A0"]):
+        right[row][column] = first["A0"] + e
+    for e, (row, column) in enumerate(positions["B"]):
+        right[row][states + column] = first["B"] + e
+
+    pattern = np.zeros((states, states), dtype=bool)
+    for place in m_at:
+        pattern[place] = True
+    blocks = triangular_blocks(pattern)
+    columns: dict[int, list[int]] = {}
+    for block in blocks:
+        reaching = {column for row in block for column in right[row]}
+        reaching |= {c for row, s in m_at if row in block and s not in block for c in columns[s]}
+        columns |= dict.fromkeys(block, sorted(reaching))
+    result = {place: e for e, place in enumerate((r, c) for r in range(states) for c in columns[r])}
+
+    load: list[tuple[int, int]] = []
+    update: list[tuple[int, int, int]] = []
+    store: list[tuple[int, int]] = []
+    counts: list[list[int]] = []
+    for block in blocks:
+        m, reaching = len(block), columns[block[0]]
+        before = len(load), len(update), len(store)
+        for i, row in enumerate(block):
+            place = {column: i * (m + len(reaching) + 1) + m + j for j, column in enumerate(reaching)}
+            load += [(m_at[row, s], place[reaching[0]] - m + j) for j, s in enumerate(block) if (row, s) in m_at]
+            load += [(slot, place[column]) for column, slot in sorted(right[row].items())]
+            for s in sorted(s for r, s in m_at if r == row and s not in block):
+                update += [(m_at[row, s], result[s, column], place[column]) for column in columns[s]]
+            store += [(place[column], result[row, column]) for column in reaching]
+        added = [len(entries) - start for entries, start in zip((load, update, store), before, strict=True)]
+        counts.append([m, len(reaching), *added])
+
+    def table(values: Sequence[object], width: int) -> np.ndarray:
+        return np.array(values, dtype=np.int32).reshape(-1, width)
+
+    sizes = table(counts, 5)
+    return {
+        "block_size": sizes[:, 0].copy(),
+        "block_width": sizes[:, 1].copy(),
+        "block_loads": sizes[:, 2].copy(),
+        "block_updates": sizes[:, 3].copy(),
+        "block_stores": sizes[:, 4].copy(),
+        "block_states": np.array([s for block in blocks for s in block], dtype=np.int32),
+        "load": table(load, 2),
+        "update": table(update, 3),
+        "store": table(store, 2),
+        "result_row": np.array([row for row, _ in result], dtype=np.int32),
+        "result_column": np.array([column for _, column in result], dtype=np.int32),
+    }

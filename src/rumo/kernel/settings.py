@@ -1,0 +1,30 @@
+"""Settings of the C core."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The members of `rumo_settings`.
+
+    Attributes
+    ----------
+    sqp_iterations, sqp_tolerance
+        Linearisations per step, and the change below which they end early.
+    qp_iterations, qp_tolerance, qp_seconds
+        Changes of the working set, accuracy of a row in units of the ranges, time.
+    gate_width, gate_patience
+        Of the innovation gate; an infinite width is no gate.
+    """
+
+    sqp_iterations: int = 1
+    sqp_tolerance: float = 1e-9
+    qp_iterations: int = 1000
+    qp_tolerance: float = 1e-10
+    qp_seconds: float = np.inf
+    gate_width: float = np.inf
+    gate_patience: int = 8
