@@ -292,7 +292,8 @@ public:
         }
         used_ = true;
         conflict.resize(static_cast<std::size_t>(result.conflicts));
-        return nb::make_tuple(static_cast<int>(result.status), result.iterations, result.seconds, conflict);
+        return nb::make_tuple(static_cast<int>(result.status), result.iterations, result.seconds, result.factor_seconds,
+                              conflict);
     }
 
 private:

@@ -16,8 +16,7 @@ typedef struct condensed {
     double *outputs;      /* (N ny, ld): sqrt(2 Q) dy over v */
     double *rows;         /* (N nc, ld): dG over v */
     double *norm;         /* (N nc,): Euclidean norms of the rows */
-    double *largest;      /* (nx, ld): the largest dx of any stage over each input */
-    double *reach;        /* (nx,): how far all inputs' ranges move a state */
+    double *reach;        /* (nx,): how far all inputs' ranges move a state until the end of the horizon */
     double *root_weights; /* (N, ny): sqrt(2 Q) */
     double *hessian;      /* (n, ld): upper triangle */
     double *factor;       /* (n, ld): U, with U'U the Hessian */
@@ -72,25 +71,16 @@ static inline void measure(const dims *s, const condensed *c, const double *rest
     }
 }
 
-static inline void keep_largest(double *restrict largest, const double *restrict x, int length) {
-    for (int j = 0; j < length; j += LANES)
-        for (int l = 0; l < LANES; ++l) {
-            const double size = fabs(x[j + l]);
-            largest[j + l] = size > largest[j + l] ? size : largest[j + l];
-        }
-}
-
-static inline double sum(const double *x, int length) {
+static inline double sum_of_sizes(const double *x, int length) {
     double s[LANES] = {0.0};
     for (int j = 0; j < length; j += LANES)
-        for (int l = 0; l < LANES; ++l) s[l] += x[j + l];
+        for (int l = 0; l < LANES; ++l) s[l] += fabs(x[j + l]);
     return sum_of_lanes(s);
 }
 
 /* dx over v, stage by stage, from the sparse rows of A and B. */
 static void respond(const dims *s, const sparse *stage, const int *end_of_A, const double *restrict result,
                     const double *input_scales, condensed *c) {
-    zero(c->largest, s->nx * s->ld);
     for (int k = s->d; k < s->N; ++k) {
         double *now = c->response + (ptrdiff_t)k * s->nx * s->ld;
         const int before = padded(inputs_at(s, k - 1)), length = padded(inputs_at(s, k)), own = (k - s->d) * s->nu;
@@ -104,10 +94,10 @@ static void respond(const dims *s, const sparse *stage, const int *end_of_A, con
                 const int j = stage->column[e] - s->nx;
                 if (j < s->nu) row[own + j] += result[(ptrdiff_t)e * s->lanes + k] * input_scales[j];
             }
-            keep_largest(c->largest + r * s->ld, row, length);
         }
     }
-    for (int r = 0; r < s->nx; ++r) c->reach[r] = sum(c->largest + r * s->ld, s->ld);
+    const double *last = c->response + (ptrdiff_t)(s->N - 1) * s->nx * s->ld;
+    for (int r = 0; r < s->nx; ++r) c->reach[r] = sum_of_sizes(last + r * s->ld, s->ld);
 }
 
 /* Upper triangle of the Gauss-Newton Hessian: outputs' outputs, and the band of the input increments. */

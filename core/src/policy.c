@@ -10,6 +10,7 @@ struct rumo_controller {
     int prepared, inputs_left;
     double *applied;                    /* (max(d, 1), nu), oldest first */
     double *guess_x, *guess_u;          /* (N + 1, nx), (N, nu) */
+    double *guess_slacks;               /* (N nc,): of the iteration before, see attempt() */
     double *previous_x, *previous_u;
     double *numbers;                    /* of the plan: u, x, slacks */
     long counts[RUMO_STATUS_COUNT];
@@ -41,8 +42,12 @@ static void make_admissible(const rumo_controller *c, const double *before, doub
     const int nu = c->s.nu;
     for (int k = 0; k < count; ++k) {
         for (int j = 0; j < nu; ++j) {
-            const double move = clip(u[k * nu + j] - before[j], p->move_lower[j], p->move_upper[j]);
-            u[k * nu + j] = clip(before[j] + move, p->input_lower[j], p->input_upper[j]);
+            const double wanted = u[k * nu + j], move = wanted - before[j];
+            /* An admissible input stays what it is; a move may be as large as numbers get. */
+            const double reached = move < p->move_lower[j]   ? before[j] + p->move_lower[j]
+                                   : move > p->move_upper[j] ? before[j] + p->move_upper[j]
+                                                             : wanted;
+            u[k * nu + j] = clip(reached, p->input_lower[j], p->input_upper[j]);
         }
         before = u + k * nu;
     }
@@ -109,7 +114,10 @@ static void follow(rumo_controller *c, int solved, rumo_status status, rumo_plan
         copy(c->previous_u, u + nu, (N - 1) * nu);
         copy(c->previous_u + (N - 1) * nu, u + (N - 1) * nu, nu);
         copy(c->previous_x, x + nx, N * nx);
-        for (int r = 0; r < nx; ++r) c->previous_x[N * nx + r] = 2.0 * x[N * nx + r] - x[(N - 1) * nx + r];
+        for (int r = 0; r < nx; ++r) {
+            const double end = x[N * nx + r], next = 2.0 * end - x[(N - 1) * nx + r];
+            c->previous_x[N * nx + r] = isfinite(next) ? next : end;
+        }
         copy(c->guess_u, c->previous_u, N * nu);
         copy(c->guess_x, c->previous_x, (N + 1) * nx);
     }

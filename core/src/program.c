@@ -33,7 +33,7 @@ static size_t program_size(int variables, int rows) {
 static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_settings *settings, int warm, void *memory,
                                     double *v, double *multipliers, int *conflict) {
     const int n = data->variables, m = data->rows;
-    rumo_qp_result result = {RUMO_SOLVER_FAILED, 0, 0, 0.0};
+    rumo_qp_result result = {RUMO_SOLVER_FAILED, 0, 0, 0.0, 0.0};
     arena a = {aligned(memory), 0};
     program *p;
     if (warm) {
@@ -60,9 +60,12 @@ static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_setting
     copy(q->l1 + q->dense, data->l1, m);
     copy(q->l2 + q->dense, data->l2, m);
     copy(p->gradient, data->gradient, n);
-    if (!factorize(n, q->ld, p->hessian, p->factor, p->inverse, p->transpose)) return result;
     const qp_limits limits = {settings->qp_iterations, settings->qp_tolerance, settings->qp_seconds};
-    const double start = seconds_now();
+    double start = seconds_now();
+    const int definite = factorize(n, q->ld, p->hessian, p->factor, p->inverse, p->transpose);
+    result.factor_seconds = seconds_now() - start;
+    if (!definite) return result;
+    start = seconds_now();
     renew_members(q, 0, 0, p->imposed);
     watch_members(q);
     result.status = solve_qp(q, p->gradient, &limits);

@@ -80,6 +80,7 @@ static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     c->applied = take_doubles(a, (s.d > 1 ? s.d : 1) * s.nu);
     c->guess_x = take_doubles(a, (s.N + 1) * s.nx);
     c->guess_u = take_doubles(a, s.N * s.nu);
+    c->guess_slacks = take_doubles(a, s.N * s.nc);
     c->previous_x = take_doubles(a, (s.N + 1) * s.nx);
     c->previous_u = take_doubles(a, s.N * s.nu);
     c->numbers = take_doubles(a, s.N * s.nu + (s.N + 1) * s.nx + s.N * s.nc);
@@ -113,7 +114,6 @@ static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     d->outputs = take_doubles(a, (ptrdiff_t)s.N * s.ny * s.ld);
     d->rows = take_doubles(a, (ptrdiff_t)s.N * s.nc * s.ld);
     d->norm = take_doubles(a, s.N * s.nc);
-    d->largest = take_doubles(a, (ptrdiff_t)s.nx * s.ld);
     d->reach = take_doubles(a, s.nx);
     d->root_weights = take_doubles(a, s.N * s.ny);
     double **const squares[] = {&d->hessian, &d->factor, &d->inverse, &d->transpose};
@@ -430,12 +430,14 @@ static rumo_status attempt(rumo_controller *c, const double *x, const double *re
         if (change(c) < c->settings.sqp_tolerance) break;
         copy(c->guess_u, plan_u(c), s->N * s->nu);
         copy(c->guess_x, plan_x(c), (s->N + 1) * s->nx);
+        copy(c->guess_slacks, plan_slacks(c), s->N * s->nc);
         if (!linearize(c, 0)) break;
         const rumo_status better = iterate(c, x, reference, plan);
         if (!is_solved(better)) {
             /* Keep what the iteration before found: it is the guess. */
             copy(plan_u(c), c->guess_u, s->N * s->nu);
             copy(plan_x(c), c->guess_x, (s->N + 1) * s->nx);
+            copy(plan_slacks(c), c->guess_slacks, s->N * s->nc);
             break;
         }
         status = better;

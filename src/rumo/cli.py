@@ -18,7 +18,7 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 import rumo
-from rumo.errors import ArgumentError, PlantError, RumoError
+from rumo.errors import ArgumentError, PlantError, RumoError, UnknownNameError
 from rumo.report.tables import Table, claims_table, controllers_table
 
 app = typer.Typer(
@@ -51,6 +51,47 @@ def models() -> None:
                 row = (f"  {signals.role}", ", ".join(f"{key} [{signals.unit(key)}]" for key in signals))
                 grid.add_row(*map(Text, row))
         Console().print(grid, "")
+
+
+@app.command()
+def bench(
+    horizon: Annotated[int, typer.Option(min=2, help="Sampling intervals.")] = 15,
+    steps: Annotated[int, typer.Option(min=100, help="Samples of the recorded drive.")] = 2000,
+    scenario: Annotated[str, typer.Option(help="Which drive: easy (8 m/s) or limit (12 m/s).")] = "easy",
+    sweep: Annotated[bool, typer.Option("--sweep", help="Horizons 15, 30, 50, 100 and both drives.")] = False,
+    controllers: Annotated[str | None, typer.Option(help="Which, comma-separated; all that work if not given.")] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="File for the figures.")] = None,
+) -> None:
+    """Measure how long a step takes: one recorded drive, replayed through every controller."""
+    with _errors_in_words():
+        from rumo.bench import SCENARIOS, measure, record, summary
+        from rumo.bench.report import percentile_table, sweep_table
+        from rumo.bench.runners import available
+
+        names = available() if controllers is None else [name.strip() for name in controllers.split(",")]
+        for name in names:
+            if name not in available():
+                raise UnknownNameError("--controllers", name, available())
+        if scenario not in SCENARIOS:
+            raise UnknownNameError("--scenario", scenario, SCENARIOS)
+        if json_file is not None:
+            _writable(json_file.parent)
+        names = list(dict.fromkeys(["rti", *names]))
+        cases = [(drive, N) for drive in SCENARIOS for N in (15, 30, 50, 100)] if sweep else [(scenario, horizon)]
+        runs: list[dict[str, Any]] = []
+        with _progress() as progress:
+            task = progress.add_task("replay", total=len(cases))
+            for drive, N in cases:
+                runs.append(summary(measure(record(drive, N, steps), names), N, drive))
+                progress.advance(task)
+        title = f"Microseconds; {runs[0]['machine']['processor']}"
+        if sweep:
+            _print(sweep_table(runs), f"{title}; medians of preparation + feedback (ratio of the sum)")
+        else:
+            _print(percentile_table(runs[0]), f"{title}; N = {horizon}, {scenario}")
+        if json_file is not None:
+            content = {"machine": runs[0]["machine"], "runs": runs} if sweep else runs[0]
+            json_file.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 @study.command()
@@ -103,6 +144,52 @@ def paper(
             page = write_page(folder / "report.html", "The paper's case study", lead, content, charts)
         _print(controllers_table(content["controllers"]), "How it drives")
         _print(claims_table(content["claims"]), "The paper's claims")
+        Console().print(f"Report: {page}", soft_wrap=True, highlight=False)
+
+
+@study.command()
+def faults(
+    controllers: Annotated[str, typer.Option(help="Which controllers drive, comma-separated.")] = "rti,nlp",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of wind and noise.")] = 0,
+    gate: Annotated[bool, typer.Option(help="Hold back implausible measurements.")] = True,
+    output: Annotated[Path, typer.Option(help="Folder for logs, figures and report.")] = Path("out"),
+) -> None:
+    """Five bad samples in a row: sensors and solvers that fail, and what becomes of the drive."""
+    with _errors_in_words():
+        from rumo.report.charts import label
+        from rumo.report.faults import fault_panels, faults_table, summary, write_faults_page
+        from rumo.report.panels import write_panels
+        from rumo.simulation.log import save
+        from rumo.studies.faults import FaultStudy
+
+        names = dict.fromkeys(name.strip() for name in controllers.split(","))
+        settings = FaultStudy(tuple(names), seed=seed)
+        if not gate:
+            settings = replace(settings, gate=None)
+        folder = _writable(output)
+        with _progress() as progress:
+            tasks = {name: progress.add_task(name, total=len(settings.faults)) for name in settings.controllers}
+            drives = settings.run(lambda name, done, every: progress.update(tasks[name], completed=done, total=every))
+            for name, by_fault in drives.items():
+                for fault, drive in by_fault.items():
+                    if drive.log is not None:
+                        save(drive.log, folder / f"log-{name}-{fault}.nc")
+            content = summary(settings, drives)
+            text = json.dumps(content, indent=2, allow_nan=False)
+            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+            figures = fault_panels(drives)
+            task = progress.add_task("figures", total=len(figures))
+            for figure in figures:
+                write_panels([figure], folder)
+                progress.advance(task)
+            lead = (
+                f"A car follows a sine path at {settings.base.path.speed:g} m/s in wind, with noisy, unfiltered "
+                f"measurements; after {settings.start:g} s come {settings.count} bad samples. Seed {seed}, "
+                f"{'with' if gate else 'without'} the innovation gate."
+            )
+            page = write_faults_page(folder / "report.html", lead, content, figures)
+        for name, outcomes in content["controllers"].items():
+            _print(faults_table(outcomes), label(name))
         Console().print(f"Report: {page}", soft_wrap=True, highlight=False)
 
 

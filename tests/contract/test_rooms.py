@@ -26,8 +26,8 @@ ROOMS = [
     "registry",
     "simulation",
     "studies",
-    "bench",
     "report",
+    "bench",
     "cli",
 ]
 MODULES = [

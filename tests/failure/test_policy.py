@@ -185,7 +185,7 @@ def test_nlp_out_of_budget_uses_an_iterate_only_if_it_satisfies_the_dynamics():
 
 
 def test_a_guess_where_the_model_has_no_value_is_repaired():
-    controller = rumo.RealTimeIteration(tank())
+    controller = rumo.RealTimeIteration(tank(), gate=None)
     statuses = [controller.step([level], {"level": 0.02}).status for level in (1.0, 0.4, 0.1, 0.02, 1.0, 1.0)]
     assert statuses[-1] is Status.OPTIMAL
     # Started at a negative level there is nothing to linearise; at the next good sample there is again.

@@ -40,8 +40,10 @@ def test_any_sequence_of_measurements(name, sequence, delay, reference):
         plan = controller.step(x, {"angle": reference, "rate": 0.0})
         assert_admissible(problem, plan, previous)
         previous = plan.command.values
-    # Nothing that came before keeps a good sample from being solved.
-    assert controller.step([0.1, 0.0], {"angle": 0.0, "rate": 0.0}).status.solved
+    # Nothing that came before keeps good samples from being solved; the gate may ask to see them a few times.
+    statuses = [controller.step([0.1, 0.0], {"angle": 0.0, "rate": 0.0}).status for _ in range(9)]
+    assert statuses[-1].solved
+    assert not any(status is rumo.Status.SOLVER_FAILED for status in statuses)
 
 
 @pytest.mark.parametrize("name", ["rti", "nlp"])

@@ -91,6 +91,24 @@ class CompiledRti(RealTimeIteration):
         """`prepare()` and `feedback(x, reference)` in one call."""
         return self._run(self._core.step, x, reference)
 
+    def replay(self, x: Array, reference: Array, applied: Array) -> Array:
+        """Run recorded samples in a loop in C, for measuring.
+
+        Parameters
+        ----------
+        x, reference, applied : ndarray, shapes (n, nx), (n, N + 1, ny), (n, max(delay, 1), nu)
+            What the controller is told at each sample.
+
+        Returns
+        -------
+        ndarray, shape (n, 2)
+            Time of preparation and of feedback [s].
+        """
+        times = np.zeros((len(x), 2))
+        data = [np.ascontiguousarray(array, dtype=float) for array in (x, reference, applied)]
+        self._core.replay(data[0], data[1], data[2], times, len(times))
+        return times
+
     def _run(self, function: Any, x: Values, reference: ReferenceWindow) -> Plan:
         numbers = np.empty(self._layout.size)
         try:

@@ -56,8 +56,8 @@ class Condensed:
 
     @property
     def reach(self) -> Array:
-        """How far the whole range of all free inputs moves each state (nx,): each input where it moves it most."""
-        return np.abs(self.x_free).max(axis=0).sum(axis=1)
+        """How far the ranges of all free inputs together move each state until the end of the horizon (nx,)."""
+        return np.abs(self.x_free[-1]).sum(axis=1)
 
     @property
     def straying(self) -> float:

@@ -26,7 +26,7 @@ class InnovationGate:
         Number of consecutive implausible samples that are held back.
     """
 
-    width: float = 3.0
+    width: float = 5.0
     patience: int = 8
 
     def __post_init__(self) -> None:

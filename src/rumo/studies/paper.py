@@ -94,6 +94,8 @@ class PaperStudy:
         Of the friction circles; None makes them hard.
     delay : int
         Samples from measurement to input.
+    horizon : int
+        Sampling intervals that the controllers look ahead.
     estimator : Estimator, optional
         The paper's Butterworth filter by default; None gives the raw measurements.
     noise : mapping of str to float
@@ -122,6 +124,7 @@ class PaperStudy:
     weights: Mapping[str, Weight] | None = None
     penalty: Penalty | None = PENALTY
     delay: int = 1
+    horizon: int = HORIZON
     estimator: Estimator | None = FILTER
     noise: Mapping[str, float] = field(default_factory=NOISE.copy)
     wind: Disturbance = WIND
@@ -143,7 +146,7 @@ class PaperStudy:
         """The optimal control problem that every controller solves."""
         return Problem(
             dynamic_bicycle(PAPER_CAR, as_printed=self.as_printed, axle_torque=self.axle_torque),
-            horizon=HORIZON,
+            horizon=self.horizon,
             sampling_time=SAMPLING_TIME,
             track=self.weights or paper_weights(self.path),
             moves={"torque": Weight(5.0, range=600.0), "steering_rate": Weight(5.0, range=3.0)},

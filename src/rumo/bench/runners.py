@@ -1,0 +1,100 @@
+"""Controllers replaying a recording; each runner returns times of preparation and feedback (n, 2) in microseconds."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from time import perf_counter_ns
+
+import numpy as np
+
+from rumo.bench.recording import Recording
+from rumo.controllers import Controller, DirectNlp, RealTimeIteration
+from rumo.controllers.compiled import CompiledRti
+from rumo.signals import Array
+
+SLOW_STEPS = 500
+"""Samples that slow controllers replay at most."""
+
+
+def _core(recording: Recording, backend: str) -> Array:
+    """The C core by itself: the loop over samples is in C, and so is the clock."""
+    controller = RealTimeIteration(recording.problem, backend=backend)
+    if not isinstance(controller, CompiledRti):
+        return _python(controller, recording)
+    return 1e6 * controller.replay(recording.x, recording.reference, recording.applied)
+
+
+def _python(controller: Controller, recording: Recording, steps: int | None = None) -> Array:
+    """What a caller in Python waits for."""
+    times = np.zeros((min(steps or len(recording), len(recording)), 2))
+    for i in range(len(times)):
+        controller.applied = recording.applied[i]
+        start = perf_counter_ns()
+        controller.prepare()
+        middle = perf_counter_ns()
+        controller.feedback(recording.x[i], recording.reference[i])
+        times[i] = middle - start, perf_counter_ns() - middle
+    return 1e-3 * times
+
+
+def _acados(recording: Recording, integrator: str) -> Array:
+    """The better of acados' two usual QP solvers, by its own clock."""
+    from rumo.bench.acados import AcadosRti
+
+    best: Array | None = None
+    for solver in ("FULL_CONDENSING_DAQP", "PARTIAL_CONDENSING_HPIPM"):
+        controller = AcadosRti(recording.problem, solver, integrator)
+        controller.reset(recording.x[0])
+        times = np.zeros((len(recording), 2))
+        for i in range(len(recording)):
+            controller.applied = recording.applied[i]
+            controller.prepare()
+            controller.feedback(recording.x[i], recording.reference[i])
+            times[i] = controller.times_us
+        if best is None or np.median(times.sum(axis=1)) < np.median(best.sum(axis=1)):
+            best = times
+    assert best is not None
+    return best
+
+
+RUNNERS: dict[str, Callable[[Recording], Array]] = {
+    "rti": lambda recording: _core(recording, "auto"),
+    "rti-python": lambda recording: _python(RealTimeIteration(recording.problem), recording),
+    "rti-tailored": lambda recording: _core(recording, "tailored"),
+    "rti-portable": lambda recording: _core(recording, "portable"),
+    "rti-reference": lambda r: _python(RealTimeIteration(r.problem, backend="reference"), r, SLOW_STEPS),
+    "nlp": lambda recording: _python(DirectNlp(recording.problem), recording, SLOW_STEPS),
+    "acados": lambda recording: _acados(recording, "IRK"),
+    "acados-discrete": lambda recording: _acados(recording, "DISCRETE"),
+}
+"""By name: the default backend (`rti`), the same as called from Python, each backend, IPOPT, and acados: with its own
+implicit integrator, and with a Newton step that was eliminated by hand."""
+
+
+def available() -> list[str]:
+    """Names of the runners that work here."""
+    acados = find_spec("acados_template") is not None
+    return [name for name in RUNNERS if acados or not name.startswith("acados")]
+
+
+def measure(recording: Recording, names: list[str]) -> dict[str, Array]:
+    """Times of each runner, in microseconds."""
+    times: dict[str, Array] = {}
+    for name in names:
+        with _quiet():
+            times[name] = RUNNERS[name](recording)
+    return times
+
+
+@contextmanager
+def _quiet() -> Generator[None]:
+    """Collect garbage before, not within, what is measured."""
+    gc.collect()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()

@@ -1,0 +1,113 @@
+"""A problem as C: constant tables by the names of rumo_core.h, for programs that run without Python."""
+
+from __future__ import annotations
+
+import textwrap
+
+import numpy as np
+
+from rumo.kernel.description import MATRICES, Description
+
+_ELIMINATION = {
+    "size": "block_size",
+    "width": "block_width",
+    "loads": "block_loads",
+    "updates": "block_updates",
+    "stores": "block_stores",
+    "states": "block_states",
+    "load": "load",
+    "update": "update",
+    "store": "store",
+    "row": "result_row",
+    "column": "result_column",
+}
+"""Members of `rumo_elimination`, and what a description calls them."""
+
+_ARRAYS = (
+    "fixed",
+    "output_weights",
+    "move_weights",
+    "input_scales",
+    "input_lower",
+    "input_upper",
+    "move_lower",
+    "move_upper",
+    "safe_input",
+    "constraint_scales",
+    "l1",
+    "l2",
+    "imposed",
+)
+"""Arrays of `rumo_problem` that a description has by the same name."""
+
+
+def array_source(name: str, values: np.ndarray) -> str:
+    """The definition of a constant array in C, row by row; of int or double, read back to the last bit."""
+    kind = "int" if values.dtype.kind in "biu" else "double"
+    numbers = ", ".join(_number(value) for value in values.ravel().tolist())
+    body = textwrap.fill(numbers, 116, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False)
+    return f"static const {kind} {name}[] = {{\n{body}}};\n"
+
+
+def problem_source(description: Description, name: str = "problem") -> str:
+    """The text of a C header that defines a `rumo_problem`.
+
+    Parameters
+    ----------
+    description : Description
+        What the core needs to know.
+    name : str
+        Of the problem in C; the names of its arrays begin with it.
+    """
+    values = description.values
+    definitions: list[str] = []
+
+    def array(key: str) -> str:
+        if values[key].size == 0:  # C has no empty arrays
+            return "NULL"
+        definitions.append(array_source(f"{name}_{key}", values[key]))
+        return f"{name}_{key}"
+
+    def pattern(key: str) -> str:
+        count, first = len(values[f"{key}_row"]), values[f"{key}_first"]
+        return f"{{{count}, {first}, {array(f'{key}_row')}, {array(f'{key}_column')}}}"
+
+    def elimination() -> str:
+        counts = {"blocks": len(values["block_size"]), "entries": len(values["result_row"])}
+        tables = {member: array(key) for member, key in _ELIMINATION.items()}
+        return "{\n" + "".join(f"        .{key} = {value},\n" for key, value in (counts | tables).items()) + "    }"
+
+    members = {
+        "sizes": f"{{{', '.join(str(size) for size in description.sizes)}}}",
+        "tape": f"{{{len(values['code'])}, {values['registers']}, {array('code')}, {array('constants')}}}",
+        **{key: pattern(key) for key in MATRICES},
+        "y": str(values["y_first"]),
+        "G": str(values["G_first"]),
+        "elimination": elimination(),
+        **{key: array(key) for key in _ARRAYS},
+        "parameters": array("parameter_values"),
+    }
+    body = "".join(f"    .{member} = {value},\n" for member, value in members.items())
+    guard = f"{name.upper()}_H"
+    return f"""\
+/* A problem of model predictive control, made by Rumo: hand it to the core's create(). */
+#ifndef {guard}
+#define {guard}
+
+#include <math.h>
+#include <stddef.h>
+
+#include "rumo_core.h"
+
+{"".join(definitions)}
+static const rumo_problem {name} = {{
+{body}}};
+
+#endif
+"""
+
+
+def _number(value: float) -> str:
+    if isinstance(value, float) and not np.isfinite(value):
+        return "NAN" if np.isnan(value) else "INFINITY" if value > 0.0 else "-INFINITY"
+    return repr(int(value) if isinstance(value, bool) else value)
