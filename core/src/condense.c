@@ -100,10 +100,11 @@ static void respond(const dims *s, const sparse *stage, const int *end_of_A, con
     for (int r = 0; r < s->nx; ++r) c->reach[r] = sum_of_sizes(last + r * s->ld, s->ld);
 }
 
+enum { ROWS = 4 }; /* rows of a matrix that are worked on together, so that what they need is loaded once */
+
 /* Upper triangle of the Gauss-Newton Hessian: outputs' outputs, and the band of the input increments. */
 static void add_up_hessian(const dims *s, const double *restrict move_weights, const double *input_scales,
                            condensed *c) {
-    enum { ROWS = 4 };
     for (int i = 0; i < s->n; i += ROWS)
         for (int j = i / LANES * LANES; j < s->ld; j += LANES) {
             double block[ROWS][LANES] = {{0.0}};
@@ -129,48 +130,48 @@ static void add_up_hessian(const dims *s, const double *restrict move_weights, c
     }
 }
 
-/* s -= sum of a_p times row p, for eight columns; in two sums, so that one need not wait for the other. */
-static inline void subtract_rows(double *restrict s, const double *restrict a, const double *restrict rows, int ld,
+/* block_r -= sum of a_(p, r) times row p, for eight columns of ROWS rows. */
+static inline void subtract_rows(double block[ROWS][LANES], const double *restrict a, const double *restrict rows, int ld,
                                  int count) {
-    double t[LANES] = {0.0};
-    int p = 0;
-    for (; p + 1 < count; p += 2, a += 2 * ld, rows += 2 * ld) {
-        for (int l = 0; l < LANES; ++l) s[l] -= a[0] * rows[l];
-        for (int l = 0; l < LANES; ++l) t[l] -= a[ld] * rows[ld + l];
-    }
-    if (p < count)
-        for (int l = 0; l < LANES; ++l) s[l] -= a[0] * rows[l];
-    for (int l = 0; l < LANES; ++l) s[l] += t[l];
+    for (int p = 0; p < count; ++p, a += ld, rows += ld)
+        for (int r = 0; r < ROWS; ++r)
+            for (int l = 0; l < LANES; ++l) block[r][l] -= a[r] * rows[l];
 }
 
 /* Cholesky factor U of a Hessian (upper triangle given), the inverse of U' and its transpose; 0 if not definite. */
 static int factorize(int n, int ld, const double *restrict hessian, double *restrict factor, double *restrict inverse,
                      double *restrict transpose) {
-    for (int k = 0; k < n; ++k) {
-        double *restrict row = factor + (ptrdiff_t)k * ld;
-        const int start = k / LANES * LANES;
+    for (int first = 0; first < n; first += ROWS) {
+        const int rows = n - first < ROWS ? n - first : ROWS, start = first / LANES * LANES;
         for (int j = start; j < ld; j += LANES) {
-            double s[LANES];
-            copy(s, hessian + (ptrdiff_t)k * ld + j, LANES);
-            subtract_rows(s, factor + k, factor + j, ld, k);
-            copy(row + j, s, LANES);
+            double block[ROWS][LANES] = {{0.0}};
+            for (int r = 0; r < rows; ++r) copy(block[r], hessian + (ptrdiff_t)(first + r) * ld + j, LANES);
+            subtract_rows(block, factor + first, factor + j, ld, first);
+            for (int r = 0; r < rows; ++r) copy(factor + (ptrdiff_t)(first + r) * ld + j, block[r], LANES);
         }
-        const double pivot = row[k];
-        if (!(pivot > 1e-14 * hessian[(ptrdiff_t)k * ld + k])) return 0;
-        const double scale = 1.0 / sqrt(pivot);
-        for (int j = start; j < k; ++j) row[j] = 0.0;
-        for (int j = start; j < ld; j += LANES)
-            for (int l = 0; l < LANES; ++l) row[j + l] *= scale;
-
-        /* Row k of U'^-1: U'_kk times it is e_k less what the rows before contribute. */
-        double *restrict solved = inverse + (ptrdiff_t)k * ld;
-        for (int j = 0; j <= k; j += LANES) {
-            double s[LANES] = {0.0};
-            subtract_rows(s, factor + (ptrdiff_t)j * ld + k, inverse + (ptrdiff_t)j * (ld + 1), ld, k - j);
-            for (int l = 0; l < LANES; ++l) solved[j + l] = scale * s[l];
+        /* Rows of U'^-1: U' times them is the identity. */
+        for (int j = 0; j <= first; j += LANES) {
+            double block[ROWS][LANES] = {{0.0}};
+            const ptrdiff_t above = (ptrdiff_t)j * ld;
+            subtract_rows(block, factor + above + first, inverse + above + j, ld, first - j);
+            for (int r = 0; r < rows; ++r) copy(inverse + (ptrdiff_t)(first + r) * ld + j, block[r], LANES);
         }
-        solved[k] = scale;
-        for (int j = 0; j <= k; ++j) transpose[(ptrdiff_t)j * ld + k] = solved[j];
+        for (int k = first; k < first + rows; ++k) {
+            double *restrict row = factor + (ptrdiff_t)k * ld, *restrict solved = inverse + (ptrdiff_t)k * ld;
+            for (int p = first; p < k; ++p) {
+                const double f = factor[(ptrdiff_t)p * ld + k];
+                axpy(row + start, -f, factor + (ptrdiff_t)p * ld + start, ld - start);
+                axpy(solved, -f, inverse + (ptrdiff_t)p * ld, start + LANES);
+            }
+            const double pivot = row[k];
+            if (!(pivot > 1e-14 * hessian[(ptrdiff_t)k * ld + k])) return 0;
+            const double scale = 1.0 / sqrt(pivot);
+            for (int j = start; j < k; ++j) row[j] = 0.0;
+            for (int j = start; j < ld; ++j) row[j] *= scale;
+            for (int j = 0; j < start + LANES; ++j) solved[j] *= scale;
+            solved[k] = scale;
+            for (int j = 0; j <= k; ++j) transpose[(ptrdiff_t)j * ld + k] = solved[j];
+        }
     }
     return 1;
 }
