@@ -190,7 +190,7 @@ typedef struct rumo_api {
     void (*feedback)(rumo_controller *, const double *x, const double *reference, rumo_plan *);
     /* Both, with a guess at rest where there is none. */
     void (*step)(rumo_controller *, const double *x, const double *reference, rumo_plan *);
-    /* A QP by itself: memory of qp_size bytes; v (n,), multipliers (n + rows,), conflict (n + rows,).
+    /* Not in a tailored build. A QP by itself: memory of qp_size bytes; v (n,), multipliers (n + rows,), conflict (n + rows,).
      * With a working set kept from a former call in the same memory (warm), it starts there. */
     size_t (*qp_size)(int variables, int rows);
     rumo_qp_result (*qp_solve)(const rumo_qp_data *, const rumo_settings *, int warm, void *memory, double *v,

@@ -46,7 +46,12 @@ static double seconds_now(void) {
 #include "qp.c"
 #include "policy.c"
 #include "step.c"
+#ifndef RUMO_TAILORED
 #include "program.c"
+#else
+#define program_size NULL
+#define solve_program NULL
+#endif
 
 #ifndef RUMO_TABLE
 #define RUMO_TABLE rumo_core

@@ -94,7 +94,7 @@ static void eliminate(const rumo_elimination *plan, const double *per_state, con
 
 /* Units in which the rows of each block compare: powers of two that balance |I - A1| over all stages, so that pivots
  * do not depend on the units of the states. Source: Osborne (1960). */
-static void balance(const rumo_elimination *plan, const rumo_pattern *M, const double *terms, int lanes, int states,
+RARE static void balance(const rumo_elimination *plan, const rumo_pattern *M, const double *terms, int lanes, int states,
                     int *block_of, double *per_state) {
     const int *member = plan->states;
     for (int b = 0; b < plan->blocks; ++b)

@@ -41,7 +41,7 @@ static int total(const int *counts, int count) {
 }
 
 /* Lay out a controller in memory, or measure it; with memory, copy the problem. */
-static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
+RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     const dims s = c->s = dims_of(&p->sizes);
     const int np = p->sizes.parameters;
     c->problem = *p;
@@ -134,7 +134,7 @@ static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     c->other = take_doubles(a, s.ld);
 }
 
-static size_t controller_size(const rumo_problem *p) {
+RARE static size_t controller_size(const rumo_problem *p) {
     rumo_controller c;
     arena a = {NULL, 0};
     (void)take(&a, sizeof c);
@@ -144,7 +144,7 @@ static size_t controller_size(const rumo_problem *p) {
 
 static void configure(rumo_controller *c, const rumo_settings *settings) { c->settings = *settings; }
 
-static void reset_controller(rumo_controller *c) {
+RARE static void reset_controller(rumo_controller *c) {
     c->has_guess = c->has_previous = c->prepared = c->inputs_left = c->implausible = c->balanced = 0;
     const int decided = c->s.d > 1 ? c->s.d : 1;
     for (int k = 0; k < decided; ++k) copy(c->applied + k * c->s.nu, c->problem.safe_input, c->s.nu);
@@ -153,7 +153,7 @@ static void reset_controller(rumo_controller *c) {
     c->prepare_seconds = 0.0;
 }
 
-static rumo_controller *create_controller(const rumo_problem *p, const rumo_settings *settings, void *memory) {
+RARE static rumo_controller *create_controller(const rumo_problem *p, const rumo_settings *settings, void *memory) {
     arena a = {aligned(memory), 0};
     rumo_controller *c = (rumo_controller *)take(&a, sizeof *c);
     lay_out(&a, c, p);
@@ -324,7 +324,7 @@ static void set_up_qp(rumo_controller *c, const double *x, const double *referen
 }
 
 /* Cost of v and of its violation of soft rows; *violation is the largest of hard ones, in units of the ranges. */
-static double merit(const rumo_controller *c, const double *v, double *violation) {
+RARE static double merit(const rumo_controller *c, const double *v, double *violation) {
     const qp *q = &c->q;
     double cost = 0.0;
     *violation = 0.0;
@@ -353,7 +353,7 @@ static void clip_deviations(const rumo_controller *c, double *v) {
 }
 
 /* When the budget has run out: the better of where the solver stands and the guess, both made admissible. */
-static void take_best(rumo_controller *c) {
+RARE static void take_best(rumo_controller *c) {
     double beyond, beyond_guess;
     copy(c->best, c->q.v, c->s.ld);
     zero(c->other, c->s.ld);
