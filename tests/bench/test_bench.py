@@ -1,0 +1,78 @@
+"""`rumo bench`: what is replayed is what was driven, and the figures say what they claim."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import rumo
+from rumo.bench import SCENARIOS, measure, record, summary
+from rumo.cli import app
+
+PHASES = {"prepare_us", "feedback_us", "total_us"}
+PERCENTILES = {"p50", "p99", "p999", "max"}
+
+
+@pytest.fixture(scope="module", params=SCENARIOS)
+def recording(request):
+    return record(request.param, 10, 120)
+
+
+def test_a_recording_is_what_the_controller_was_told(recording):
+    problem = recording.problem
+    assert recording.x.shape == (120, len(problem.model.states))
+    assert recording.reference.shape == (120, 11, len(problem.outputs))
+    assert recording.applied.shape == (120, 1, len(problem.model.inputs))
+    # Replayed step by step, the commands are those of the drive: each is decided one sample before it is applied.
+    controller = rumo.RealTimeIteration(problem)
+    commands = []
+    for x, reference, applied in zip(recording.x, recording.reference, recording.applied, strict=True):
+        np.testing.assert_allclose(controller.applied, applied, rtol=0.0, atol=1e-9)
+        commands.append(controller.step(x, reference).command.values)
+    np.testing.assert_allclose(commands[:-1], recording.applied[1:, 0], rtol=0.0, atol=1e-9)
+
+
+def test_every_runner_that_works_here_gives_a_time_for_each_phase_of_each_sample(recording):
+    times = measure(recording, ["rti", "rti-python", "rti-portable", "rti-reference", "nlp"])
+    for values in times.values():
+        assert values.shape == (120, 2)
+        assert np.isfinite(values).all()
+        assert (values[:, 1] > 0.0).all()
+
+
+def test_figures_are_percentiles_and_ratios_to_the_default_backend():
+    ours = np.column_stack([np.full(110, 8.0), np.full(110, 2.0)])
+    theirs = np.column_stack([np.linspace(40.0, 60.0, 110), np.full(110, 50.0)])
+    content = summary({"rti": ours, "acados": theirs}, 15, "easy")
+    assert set(content) >= {"machine", "horizon", "controllers", "ratios"}
+    assert content["samples"] == {"rti": 100, "acados": 100}
+    assert content["controllers"]["rti"]["total_us"] == dict.fromkeys(("p50", "p99", "p999", "max"), 10.0)
+    assert content["controllers"]["acados"]["prepare_us"]["max"] == 60.0
+    assert content["ratios"]["acados"]["feedback_us"]["p50"] == 25.0
+    assert content["ratios"]["rti"]["total_us"]["p999"] == 1.0
+
+
+def test_the_command_prints_a_table_and_writes_the_figures(tmp_path):
+    target = tmp_path / "new" / "bench.json"
+    outcome = CliRunner().invoke(
+        app, ["bench", "--steps", "100", "--controllers", "rti-portable", "--horizon", "5", "--json", str(target)]
+    )
+    assert outcome.exit_code == 0, outcome.output
+    assert "rti-portable" in outcome.output
+    content = json.loads(target.read_text())
+    assert content["horizon"] == 5
+    for name in ("rti", "rti-portable"):
+        assert set(content["controllers"][name]) == PHASES
+        assert set(content["controllers"][name]["total_us"]) == PERCENTILES
+        assert set(content["ratios"][name]["total_us"]) == PERCENTILES
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "words"),
+    [("--controllers", "rti-python,rtx", "rtx"), ("--scenario", "rally", "rally"), ("--steps", "5", "100")],
+)
+def test_wrong_options_say_what_is_right(option, value, words):
+    outcome = CliRunner().invoke(app, ["bench", option, value])
+    assert outcome.exit_code == 2
+    assert words in outcome.output
