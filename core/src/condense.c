@@ -16,7 +16,8 @@ typedef struct condensed {
     double *outputs;      /* (N ny, ld): sqrt(2 Q) dy over v */
     double *rows;         /* (N nc, ld): dG over v */
     double *norm;         /* (N nc,): Euclidean norms of the rows */
-    double *reach;        /* (nx,): how far all inputs' ranges move a state until the end of the horizon */
+    double *reach;        /* (nx,): how far all inputs' ranges move a state until the end of the horizon, */
+    double *near_reach;   /* and until the end of the innovation gate's horizon */
     double *root_weights; /* (N, ny): sqrt(2 Q) */
     double *hessian;      /* (n, ld): upper triangle */
     double *factor;       /* (n, ld): U, with U'U the Hessian */
@@ -80,7 +81,7 @@ static inline double sum_of_sizes(const double *x, int length) {
 
 /* dx over v, stage by stage, from the sparse rows of A and B. */
 static void respond(const dims *s, const sparse *stage, const int *end_of_A, const double *restrict result,
-                    const double *input_scales, condensed *c) {
+                    const double *input_scales, int near_stages, condensed *c) {
     for (int k = s->d; k < s->N; ++k) {
         double *now = c->response + (ptrdiff_t)k * s->nx * s->ld;
         const int before = padded(inputs_at(s, k - 1)), length = padded(inputs_at(s, k)), own = (k - s->d) * s->nu;
@@ -97,7 +98,11 @@ static void respond(const dims *s, const sparse *stage, const int *end_of_A, con
         }
     }
     const double *last = c->response + (ptrdiff_t)(s->N - 1) * s->nx * s->ld;
-    for (int r = 0; r < s->nx; ++r) c->reach[r] = sum_of_sizes(last + r * s->ld, s->ld);
+    const double *near = c->response + (ptrdiff_t)(near_stages - 1) * s->nx * s->ld;
+    for (int r = 0; r < s->nx; ++r) {
+        c->reach[r] = sum_of_sizes(last + r * s->ld, s->ld);
+        c->near_reach[r] = sum_of_sizes(near + r * s->ld, padded(inputs_at(s, near_stages - 1)));
+    }
 }
 
 enum { ROWS = 4 }; /* rows of a matrix that are worked on together, so that what they need is loaded once */

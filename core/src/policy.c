@@ -1,5 +1,14 @@
 /* What is applied whatever happened: the plan, else the one before, shifted, else the safe input. */
 
+/* Stages over which the gate asks how far a state can go: over a long horizon, anywhere. */
+#define GATE_STAGES 15
+/* Repeated samples are suspicious only after so many that differed: some callers always pass the same. */
+#define GATE_CHANGES 5
+/* And only if the prediction has left them by more than this share of the gate's unit. */
+#define GATE_MOTION 1e-3
+
+static inline int gate_stages(const dims *s) { return s->N < s->d + GATE_STAGES ? s->N : s->d + GATE_STAGES; }
+
 struct rumo_controller {
     dims s;
     rumo_problem problem;
@@ -14,8 +23,10 @@ struct rumo_controller {
     double *previous_x, *previous_u;
     double *numbers;                    /* of the plan: u, x, slacks */
     long counts[RUMO_STATUS_COUNT];
-    int implausible;                    /* samples in a row that the gate has held back */
-    double *suspect;                    /* (nx,): the last of them */
+    int implausible, repeats;           /* samples in a row that the gate has held back, and why */
+    int changes, has_last;              /* plausible samples that differed from the one before, up to GATE_CHANGES */
+    double *suspect, *last_x;           /* (nx,): the last implausible and the last plausible sample */
+    int blameless;                      /* a guess at rest has failed too: the shifted plan is not to blame */
 
     double *x_lanes, *u_lanes, *p_lanes, *registers, *terms, *result, *work; /* see tape.c, eliminate.c */
     double *per_state;                  /* units in which pivots compare */
@@ -53,29 +64,46 @@ static void make_admissible(const rumo_controller *c, const double *before, doub
     }
 }
 
-/* Whether a measurement can be: within a wide gate around the prediction, or repeated often enough to be believed.
+/* Whether a measurement can be. Held back are samples outside a wide gate around the prediction, and samples that repeat
+ * the one before in every state although the prediction has moved; both are believed when they go on for too long.
  *
- * The gate's width is in units of how far the inputs can move a state over the horizon, plus how far the plan does. */
+ * The gate's width is in units of how far the inputs can move a state over the next stages, plus how far the plan does.
+ */
 static int plausible(rumo_controller *c, const double *x) {
     const int nx = c->s.nx;
-    if (!c->has_previous || isinf(c->settings.gate_width)) return 1;
-    int expected = 1, repeated = c->implausible > 0;
+    const double width = c->settings.gate_width;
+    if (isinf(width)) return 1;
+    if (!c->has_previous) return 1;
+    int expected = 1, agrees = c->implausible > 0, moved = 0;
     for (int r = 0; r < nx; ++r) {
         double span = 0.0;
-        for (int k = 1; k <= c->s.N; ++k) span = fmax(span, fabs(c->previous_x[k * nx + r] - c->previous_x[r]));
-        const double gate = c->settings.gate_width * (c->c.reach[r] + span);
-        if (c->c.reach[r] == 0.0) continue; /* nothing to compare with */
-        expected &= fabs(x[r] - c->previous_x[r]) <= gate;
-        repeated &= fabs(x[r] - c->suspect[r]) <= gate;
+        for (int k = 1; k <= gate_stages(&c->s); ++k)
+            span = fmax(span, fabs(c->previous_x[k * nx + r] - c->previous_x[r]));
+        const double unit = c->c.near_reach[r] + span, innovation = fabs(x[r] - c->previous_x[r]);
+        if (c->c.near_reach[r] == 0.0) continue; /* nothing to compare with */
+        expected &= innovation <= width * unit;
+        agrees &= fabs(x[r] - c->suspect[r]) <= width * unit;
+        moved |= innovation > GATE_MOTION * unit;
     }
+    int *const count = expected ? &c->repeats : &c->implausible;
     if (expected) {
         c->implausible = 0;
-        return 1;
+        if (!c->has_last || memcmp(x, c->last_x, (size_t)nx * sizeof *x) != 0) {
+            copy(c->last_x, x, nx);
+            c->has_last = 1;
+            c->repeats = 0;
+            if (c->changes < GATE_CHANGES) ++c->changes;
+            return 1;
+        }
+        if (!moved || c->changes < GATE_CHANGES) return 1;
+        ++c->repeats;
+    } else {
+        copy(c->suspect, x, nx);
+        c->implausible = agrees ? c->implausible + 1 : 1;
     }
-    copy(c->suspect, x, nx);
-    c->implausible = repeated ? c->implausible + 1 : 1;
-    if (c->implausible <= c->settings.gate_patience) return 0;
-    c->implausible = 0;
+    if (*count <= c->settings.gate_patience) return 0;
+    *count = 0;
+    if (expected) c->changes = 0;
     c->has_guess = 0; /* what was predicted is wrong */
     return 1;
 }
@@ -121,8 +149,10 @@ static void follow(rumo_controller *c, int solved, rumo_status status, rumo_plan
         copy(c->guess_u, c->previous_u, N * nu);
         copy(c->guess_x, c->previous_x, (N + 1) * nx);
     }
-    /* A guess from which the solver came to nothing is not kept: the next measurement gives a new one. */
-    const int fruitless = !solved && (status == RUMO_SOLVER_FAILED || status == RUMO_BUDGET_EXCEEDED);
-    c->has_guess = c->has_previous && !fruitless;
+    /* A guess from which the solver came to nothing is not kept: the next measurement gives a new one, at rest. If that
+     * fails too, the shifted plan is the better guess, until there is a solution. */
+    const int fruitless = !solved && (plan->cause == RUMO_SOLVER_FAILED || plan->cause == RUMO_BUDGET_EXCEEDED);
+    c->blameless = !solved && (c->blameless || (fruitless && c->resting));
+    c->has_guess = c->has_previous && (!fruitless || c->blameless);
     c->resting = c->prepared = 0;
 }

@@ -85,6 +85,7 @@ RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     c->previous_u = take_doubles(a, s.N * s.nu);
     c->numbers = take_doubles(a, s.N * s.nu + (s.N + 1) * s.nx + s.N * s.nc);
     c->suspect = take_doubles(a, s.nx);
+    c->last_x = take_doubles(a, s.nx);
 
     c->x_lanes = take_doubles(a, s.nx * (s.lanes + LANES));
     c->u_lanes = take_doubles(a, s.nu * s.lanes);
@@ -115,6 +116,7 @@ RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     d->rows = take_doubles(a, (ptrdiff_t)s.N * s.nc * s.ld);
     d->norm = take_doubles(a, s.N * s.nc);
     d->reach = take_doubles(a, s.nx);
+    d->near_reach = take_doubles(a, s.nx);
     d->root_weights = take_doubles(a, s.N * s.ny);
     double **const squares[] = {&d->hessian, &d->factor, &d->inverse, &d->transpose};
     for (size_t i = 0; i < sizeof squares / sizeof *squares; ++i) *squares[i] = take_doubles(a, (ptrdiff_t)s.n * s.ld);
@@ -145,7 +147,8 @@ RARE static size_t controller_size(const rumo_problem *p) {
 static void configure(rumo_controller *c, const rumo_settings *settings) { c->settings = *settings; }
 
 RARE static void reset_controller(rumo_controller *c) {
-    c->has_guess = c->has_previous = c->prepared = c->inputs_left = c->implausible = c->balanced = 0;
+    c->has_guess = c->has_previous = c->prepared = c->inputs_left = c->balanced = 0;
+    c->implausible = c->repeats = c->changes = c->has_last = c->blameless = 0;
     const int decided = c->s.d > 1 ? c->s.d : 1;
     for (int k = 0; k < decided; ++k) copy(c->applied + k * c->s.nu, c->problem.safe_input, c->s.nu);
     memset(c->counts, 0, sizeof c->counts);
@@ -239,7 +242,7 @@ static int linearize(rumo_controller *c, int shift) {
     eliminate(&c->problem.elimination, c->per_state, c->terms, s.lanes, c->work, c->result);
     if (!all_finite(c->result, c->problem.elimination.entries * s.lanes)) return 0;
     spread(&s, &c->problem.elimination, c->result, c->c.stages);
-    respond(&s, &c->stage, c->end_of_A, c->result, scales, &c->c);
+    respond(&s, &c->stage, c->end_of_A, c->result, scales, gate_stages(&s), &c->c);
     for (int k = s.d; k < s.N; ++k) {
         const int length = padded(inputs_at(&s, k));
         for (int i = k * s.ny; i < (k + 1) * s.ny; ++i)

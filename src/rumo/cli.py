@@ -230,7 +230,7 @@ def _progress() -> Progress:
 def _print(table: Table, title: str) -> None:
     rich_table = RichTable(title=title, title_justify="left")
     for i, head in enumerate(table.heads):
-        rich_table.add_column(Text(head), justify="right" if i else "left")
+        rich_table.add_column(Text(head), justify="right" if i else "left", overflow="fold")
     for row in table.rows:
         rich_table.add_row(*map(Text, row))
     Console().print(rich_table)

@@ -6,6 +6,7 @@ import numpy as np
 
 from rumo.controllers.condensing import Condensed, condense, quadratic_program
 from rumo.controllers.fallback import Trajectory
+from rumo.controllers.gate import gate_stages
 from rumo.controllers.policy import Candidate, PolicyController
 from rumo.controllers.qp import QpOptions, solve
 from rumo.signals import Array
@@ -18,7 +19,7 @@ class CondensedController(PolicyController):
     _condensed: Condensed | None = None
 
     def _reach(self) -> Array | None:
-        return None if self._condensed is None else self._condensed.reach
+        return None if self._condensed is None else self._condensed.reach_until(gate_stages(self.problem))
 
     def _linearize(self, guess: Trajectory) -> bool:
         """Linearise about the guess, eliminate the implicit states, condense; False if that gives no numbers."""

@@ -57,7 +57,11 @@ class Condensed:
     @property
     def reach(self) -> Array:
         """How far the ranges of all free inputs together move each state until the end of the horizon (nx,)."""
-        return np.abs(self.x_free[-1]).sum(axis=1)
+        return self.reach_until(len(self.x_free))
+
+    def reach_until(self, stage: int) -> Array:
+        """The same until a stage of the horizon."""
+        return np.abs(self.x_free[stage - 1]).sum(axis=1)
 
     @property
     def straying(self) -> float:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from rumo.checks import positive_number, whole_number
 from rumo.controllers.condensing import condense, eliminate
 from rumo.controllers.fallback import Trajectory
-from rumo.controllers.gate import WIDE_GATE, InnovationGate
+from rumo.controllers.gate import WIDE_GATE, InnovationGate, gate_stages
 from rumo.controllers.policy import Candidate, PolicyController
 from rumo.discretization import Discretization
 from rumo.errors import RumoError
@@ -78,7 +78,7 @@ class DirectNlp(PolicyController):
         options: NlpOptions | None = None,
         gate: InnovationGate | None = WIDE_GATE,
     ) -> None:
-        self.options = options or NlpOptions()
+        self._options = options or NlpOptions()
         self._multipliers: tuple[Array, Array] | None = None
         self._first_reach: Array | None = None
         super().__init__(problem, discretization, gate=gate)
@@ -88,6 +88,16 @@ class DirectNlp(PolicyController):
         """Forget everything, see `Controller.reset`; the multipliers of the last solution too."""
         super().reset(x, applied)
         self._multipliers = None
+
+    @property
+    def options(self) -> NlpOptions:
+        """Limits and accuracy of IPOPT; may be set between steps, which states the NLP anew."""
+        return self._options
+
+    @options.setter
+    def options(self, options: NlpOptions) -> None:
+        self._options = options
+        self._build()
 
     def _build(self) -> None:
         """State the NLP of equation (original-nlp), slack variables of soft constraints included."""
@@ -171,7 +181,8 @@ class DirectNlp(PolicyController):
         if guess.resting:  # once after a reset, for the gate; otherwise the guess is all there is
             try:
                 linearised = self.transcription.linearize(guess.x, guess.u)
-                self._first_reach = condense(linearised, self.problem, self.transcription.imposed).reach
+                condensed = condense(linearised, self.problem, self.transcription.imposed)
+                self._first_reach = condensed.reach_until(gate_stages(self.problem))
             except np.linalg.LinAlgError:
                 self._first_reach = None
         return guess.finite

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from rumo.controllers.base import Controller, ReferenceWindow
 from rumo.controllers.fallback import Trajectory, admissible
-from rumo.controllers.gate import WIDE_GATE, Gatekeeper, InnovationGate
+from rumo.controllers.gate import WIDE_GATE, Gatekeeper, InnovationGate, gate_stages
 from rumo.discretization import Discretization
 from rumo.errors import CallOrderError
 from rumo.plan import SLACK_TOLERANCE, Plan
@@ -55,6 +55,7 @@ class PolicyController(Controller):
         self._prepared = False
         self._prepare_time = 0.0
         self._inputs_left = 0
+        self._blameless = False
         self._counts.clear()
         self._gatekeeper = Gatekeeper(self.gate)
         self._applied = self._decided(applied)
@@ -125,7 +126,7 @@ class PolicyController(Controller):
         """Solve for a finite measurement; None if the solver failed."""
 
     def _reach(self) -> Array | None:
-        """How far all inputs together can move each state over the horizon (nx,); None where not known."""
+        """How far all inputs together can move each state over the gate's stages (nx,); None where not known."""
         return None
 
     def _attempt(self, x: Array, window: dict[str, Array]) -> tuple[Candidate | None, Status]:
@@ -133,7 +134,8 @@ class PolicyController(Controller):
             return None, Status.BAD_MEASUREMENT
         if not all(np.isfinite(values).all() for values in window.values()):
             return None, Status.BAD_REFERENCE
-        if self._previous is not None and not self._gatekeeper.admits(x, self._previous.x, self._reach()):
+        predicted = None if self._previous is None else self._previous.x[: gate_stages(self.problem) + 1]
+        if not self._gatekeeper.admits(x, predicted, self._reach()):
             return None, Status.BAD_MEASUREMENT
         if self._gatekeeper.surprised:  # what was predicted is wrong
             self._guess = None
@@ -171,9 +173,12 @@ class PolicyController(Controller):
         self._applied = np.vstack([self._applied[1:], command])
         # The next guess is this plan one sample later; without a plan, the next measurement gives it.
         self._previous = None if status is Status.PLAN_EXHAUSTED else Trajectory(u, states).shifted()
-        # A guess from which the solver came to nothing is not kept: the next measurement gives a new one.
-        fruitless = candidate is None and status in (Status.SOLVER_FAILED, Status.BUDGET_EXCEEDED)
-        self._guess = None if fruitless else self._previous
+        # A guess from which the solver came to nothing is not kept: the next measurement gives a new one, at rest. If
+        # that fails too, the shifted plan is the better guess, until there is a solution.
+        fruitless = candidate is None and cause in (Status.SOLVER_FAILED, Status.BUDGET_EXCEEDED)
+        at_rest = self._guess is not None and self._guess.resting
+        self._blameless = candidate is None and (self._blameless or (fruitless and at_rest))
+        self._guess = None if fruitless and not self._blameless else self._previous
         numbers = np.concatenate([u.ravel(), states.ravel(), slacks.ravel()])
         return Plan(self._layout, numbers, status, cause, self._prepare_time, perf_counter() - start)
 

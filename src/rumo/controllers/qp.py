@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -120,7 +121,7 @@ def solve(program: QuadraticProgram, options: QpOptions) -> tuple[Array, Status]
     return np.full(n, np.nan), status
 
 
-def _polish(hessian: Array, gradient: Array, rows: Array, limits: list[Array], result: Any) -> Array:
+def _polish(hessian: Array, gradient: Array, rows: Array, limits: Sequence[Array], result: Any) -> Array:
     """The minimiser on the constraints that an interior-point solution shows to be active, if it is one of all.
 
     Where the cost is flat, an interior point with residuals of 1e-12 can be 1e-6 away from it.

@@ -5,17 +5,26 @@ from __future__ import annotations
 import inspect
 import logging
 import os
-from abc import abstractmethod
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rumo.checks import non_negative_number, whole_number
-from rumo.controllers.base import Controller
+from rumo.controllers.base import Controller, ReferenceWindow
 from rumo.controllers.gate import WIDE_GATE, InnovationGate
 from rumo.controllers.qp import QpOptions
 from rumo.discretization import Discretization
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.problem import Problem
 from rumo.recording import missing_operation
+
+if TYPE_CHECKING:
+    from collections import Counter
+    from collections.abc import Mapping
+
+    from numpy.typing import ArrayLike
+
+    from rumo.plan import Plan
+    from rumo.signals import Array, Values
+    from rumo.status import Status
 
 BACKENDS = ("auto", "tailored", "portable", "reference")
 
@@ -94,9 +103,42 @@ class RealTimeIteration(Controller):
     __signature__ = inspect.Signature(list(inspect.signature(__init__).parameters.values())[1:])
 
     @property
-    @abstractmethod
     def backend(self) -> str:
         """What computes the steps."""
+        raise NotImplementedError
+
+    if TYPE_CHECKING:
+        # A type checker does not see that making one makes one of a class that has all these.
+        def reset(self, x: Values | None = None, applied: Mapping[str, float] | ArrayLike | None = None) -> None:
+            """See `Controller.reset`."""
+            ...
+
+        @property
+        def applied(self) -> Array:
+            """See `Controller.applied`."""
+            ...
+
+        @applied.setter
+        def applied(self, inputs: Mapping[str, float] | ArrayLike) -> None:
+            """See `Controller.applied`."""
+            ...
+
+        @property
+        def status_counts(self) -> Counter[Status]:
+            """See `Controller.status_counts`."""
+            ...
+
+        def step(self, x: Values, reference: ReferenceWindow) -> Plan:
+            """See `Controller.step`."""
+            ...
+
+        def prepare(self) -> None:
+            """See `Controller.prepare`."""
+            ...
+
+        def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
+            """See `Controller.feedback`."""
+            ...
 
 
 def requested(backend: str) -> str:

@@ -1,0 +1,222 @@
+"""The innovation gate: holds back what cannot be, and cannot lock itself out."""
+
+import numpy as np
+import pytest
+from problems import car, pendulum
+
+import rumo
+from rumo import InnovationGate, Status
+from rumo.controllers.gate import Gatekeeper
+
+REFERENCE = {"angle": 0.5, "rate": 0.0}
+GOOD, WILD = [0.1, 0.0], [100.0, 0.0]
+CONTROLLERS = [rumo.RealTimeIteration, rumo.DirectNlp, rumo.LinearTimeVarying]
+BACKENDS = ["portable", "reference"]
+
+RESTING = np.zeros((4, 2))
+REACH = np.array([1.0, 2.0])
+
+
+def verdicts(gatekeeper, samples, predicted=RESTING, reach=REACH):
+    return [gatekeeper.admits(np.array(x, dtype=float), predicted, reach) for x in samples]
+
+
+def test_the_width_is_in_units_of_reach_and_plan():
+    keeper = Gatekeeper(InnovationGate(width=3.0))
+    assert verdicts(keeper, [[3.0, 0.0], [3.001, 0.0], [0.0, -6.0], [0.0, -6.001]]) == [True, False, True, False]
+    moving = RESTING + np.linspace(0.0, 1.0, 4)[:, None] * [10.0, 0.0]
+    assert verdicts(keeper, [[33.0, 0.0], [33.001, 0.0]], moving) == [True, False]
+
+
+def test_a_state_that_inputs_do_not_reach_is_not_judged():
+    keeper = Gatekeeper(InnovationGate(width=3.0))
+    assert verdicts(keeper, [[0.0, 1e9], [3.001, 1e9]], reach=np.array([1.0, 0.0])) == [True, False]
+
+
+@pytest.mark.parametrize("patience", [0, 1, 4])
+def test_samples_that_agree_are_believed_after_patience(patience):
+    keeper = Gatekeeper(InnovationGate(3.0, patience))
+    assert verdicts(keeper, [[50.0, 0.0]] * (patience + 1)) == [False] * patience + [True]
+    assert keeper.surprised
+    assert verdicts(keeper, [[0.0, 0.0]]) == [True]
+    assert not keeper.surprised
+
+
+def test_samples_that_disagree_start_anew():
+    keeper = Gatekeeper(InnovationGate(3.0, 2))
+    samples = [[50.0, 0.0], [50.0, 0.0], [-50.0, 0.0], [-50.0, 0.0], [-50.0, 0.0]]
+    assert verdicts(keeper, samples) == [False, False, False, False, True]
+
+
+def test_a_good_sample_ends_the_count():
+    keeper = Gatekeeper(InnovationGate(3.0, 2))
+    samples = [[50.0, 0.0], [50.0, 0.0], [0.0, 0.0], [50.0, 0.0], [50.0, 0.0], [50.0, 0.0]]
+    assert verdicts(keeper, samples) == [False, False, True, False, False, True]
+
+
+@pytest.mark.parametrize("make", CONTROLLERS)
+@pytest.mark.parametrize("wild", [WILD, [-100.0, 0.0], [0.1, 1e9], [1e300, -1e300]])
+def test_a_wild_sample_follows_the_shifted_plan_and_the_next_good_one_is_solved(make, wild):
+    controller = make(pendulum())
+    good = controller.step(GOOD, REFERENCE)
+    for later in (1, 2, 3):
+        plan = controller.step(wild, REFERENCE)
+        assert plan.status is Status.BAD_MEASUREMENT
+        np.testing.assert_array_equal(plan.command.values, good.u.values[1 + later])
+    assert controller.step(GOOD, REFERENCE).status is Status.OPTIMAL
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("patience", [0, 1, 5, 8])
+def test_it_never_locks_itself_out(backend, patience):
+    controller = rumo.RealTimeIteration(pendulum(), gate=InnovationGate(patience=patience), backend=backend)
+    controller.step(GOOD, REFERENCE)
+    statuses = [controller.step(WILD, REFERENCE).status for _ in range(patience + 4)]
+    assert statuses == [Status.BAD_MEASUREMENT] * patience + [Status.OPTIMAL] * 4
+
+
+@pytest.mark.parametrize("make", CONTROLLERS)
+@pytest.mark.parametrize("wild", [[WILD, WILD], [WILD, [-100.0, 0.0]]], ids=["agreeing", "disagreeing"])
+def test_without_a_plan_there_is_no_gate(make, wild):
+    controller = make(pendulum(horizon=6), gate=InnovationGate(patience=10**6))
+    controller.step(GOOD, REFERENCE)
+    statuses = [controller.step(wild[k % 2], REFERENCE).status for k in range(6)]
+    # Horizon 6 with delay 1 leaves 4 inputs to follow.
+    assert statuses == [Status.BAD_MEASUREMENT] * 4 + [Status.PLAN_EXHAUSTED, Status.OPTIMAL]
+
+
+@pytest.mark.parametrize("make", CONTROLLERS)
+def test_a_sample_that_is_not_finite_neither_counts_nor_ends_the_count(make):
+    controller = make(pendulum(), gate=InnovationGate(patience=3))
+    controller.step(GOOD, REFERENCE)
+    nothing = [np.nan, 0.0]
+    samples = [WILD, nothing, WILD, nothing, nothing, WILD, WILD]
+    statuses = [controller.step(x, REFERENCE).status for x in samples]
+    assert statuses == [Status.BAD_MEASUREMENT] * 6 + [Status.OPTIMAL]
+
+
+@pytest.mark.parametrize("make", CONTROLLERS)
+def test_none_lets_all_finite_measurements_pass(make):
+    controller = make(pendulum(), gate=None)
+    controller.step(GOOD, REFERENCE)
+    assert controller.step(WILD, REFERENCE).status is Status.OPTIMAL
+
+
+def test_an_infinite_gate_is_spelt_none():
+    with pytest.raises(rumo.ArgumentError, match=r"InnovationGate\.width: got inf"):
+        InnovationGate(width=np.inf)
+
+
+def test_it_is_on_by_default_and_wide():
+    for make in CONTROLLERS:
+        assert make(pendulum()).gate == InnovationGate()
+    # A pendulum hit by something, that swings at a rate its motor would take more than a second for, is believed.
+    controller = rumo.RealTimeIteration(pendulum())
+    controller.step(GOOD, REFERENCE)
+    assert controller.step([0.3, 3.0], REFERENCE).status is Status.OPTIMAL
+
+
+def sequence(rng, x, jumps, length):
+    """Good samples near x, broken by jumps in one state and by samples that are not finite, a few in a row."""
+    samples = []
+    while len(samples) < length:
+        offset = np.zeros(len(x))
+        kind = rng.integers(4)
+        column = rng.integers(len(x))
+        offset[column] = [0.0, jumps[column], -jumps[column], np.nan][kind]
+        samples += [x + offset + 1e-3 * rng.standard_normal(len(x)) for _ in range(rng.integers(1, 14))]
+    return samples[:length]
+
+
+def statuses(problem, backend, gate, samples, reference):
+    controller = rumo.RealTimeIteration(problem, backend=backend, gate=gate)
+    return [controller.step(x, reference).status for x in samples]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_backends_judge_alike_sample_by_sample(seed):
+    rng = np.random.default_rng(seed)
+    gate = InnovationGate(width=float(rng.uniform(1.0, 6.0)), patience=int(rng.integers(0, 10)))
+    samples = sequence(rng, np.array(GOOD), [50.0, 200.0], 120)
+    seen = [statuses(pendulum(), backend, gate, samples, REFERENCE) for backend in BACKENDS]
+    assert seen[0] == seen[1]
+    assert {Status.OPTIMAL, Status.BAD_MEASUREMENT} <= set(seen[0])
+
+
+def test_backends_judge_a_car_alike():
+    problem, x, reference = car()
+    rng = np.random.default_rng(0)
+    jumps = [100.0, 100.0, 20.0, 60.0, 60.0, 60.0, 150.0, 150.0, 15.0]
+    good = np.array(x)
+    samples = [good]
+    for column, jump in enumerate(jumps):  # fewer than the gate's patience, so that none is believed
+        wild = good.copy()
+        wild[column] += rng.choice([-1.0, 1.0]) * jump
+        samples += [wild] * int(rng.integers(1, 8)) + [good] * 2
+    seen = [statuses(problem, backend, InnovationGate(), samples, reference) for backend in BACKENDS]
+    assert seen[0] == seen[1]
+    for status, sample in zip(seen[0], samples, strict=True):
+        assert (status is Status.BAD_MEASUREMENT) == (sample is not good)
+
+
+def drifting(count):
+    return [[0.01 * k, 0.0] for k in range(count)]
+
+
+def test_frozen_samples_are_held_back_once_there_were_enough_that_changed():
+    keeper = Gatekeeper(InnovationGate(patience=3))
+    moving = RESTING + np.array([0.5, 0.0])  # the prediction has left the sample
+    assert verdicts(keeper, [*drifting(4), *[[0.03, 0.0]] * 4], moving) == [True] * 8  # not armed: too few changes
+    keeper = Gatekeeper(InnovationGate(patience=3))
+    frozen = [[0.04, 0.0]] * 4
+    assert verdicts(keeper, [*drifting(5), *frozen], moving) == [True] * 5 + [False] * 3 + [True]
+    assert keeper.surprised
+    # Believed, they stay believed; five that change arm the gate again.
+    assert verdicts(keeper, [*frozen, *drifting(5), frozen[0]], moving) == [True] * 9 + [False]
+
+
+def test_samples_that_repeat_because_nothing_moves_are_good():
+    keeper = Gatekeeper(InnovationGate())
+    assert verdicts(keeper, [*drifting(6), *[[0.0, 0.0]] * 20]) == [True] * 26
+
+
+@pytest.mark.parametrize("make", CONTROLLERS)
+def test_frozen_measurements_of_a_moving_plant_follow_the_plan(make):
+    controller = make(pendulum(horizon=20))
+    reference = {"angle": 1.0, "rate": 0.0}
+    x = np.array([0.1, 0.0])
+    for k in range(7):
+        plan = controller.step(x + 1e-9 * k, reference)
+        assert plan.status is Status.OPTIMAL
+        x = plan.x.values[1]
+    last = controller.step(x, reference)
+    assert last.status is Status.OPTIMAL
+    for _ in range(4):
+        assert controller.step(x, reference).status is Status.BAD_MEASUREMENT
+    assert controller.step(x + 1e-3, reference).status is Status.OPTIMAL
+
+
+def test_a_long_horizon_does_not_widen_the_gate():
+    widths = []
+    for horizon in (20, 60):
+        controller = rumo.RealTimeIteration(pendulum(horizon=horizon), backend="reference")
+        controller.step(GOOD, REFERENCE)
+        controller.prepare()
+        widths.append(controller._reach())
+    np.testing.assert_allclose(widths[1], widths[0], rtol=0.3)
+
+
+@pytest.mark.parametrize("gate", [InnovationGate(), InnovationGate(1.0, 2), None])
+def test_backends_judge_sequences_with_freezes_and_jumps_alike(gate):
+    rng = np.random.default_rng(3)
+    controllers = [rumo.RealTimeIteration(pendulum(), backend=backend, gate=gate) for backend in BACKENDS]
+    x, seen = np.array(GOOD), set()
+    for k in range(120):
+        kind = rng.integers(0, 8) if k % 20 > 9 else 0
+        if kind < 4:
+            x = x + 0.01 * rng.standard_normal(2)
+        sample = x + np.array([30.0, 0.0]) if kind == 7 else x
+        statuses = [controller.step(sample, REFERENCE).status for controller in controllers]
+        assert statuses[0] is statuses[1], (k, statuses)
+        seen.add(statuses[0])
+    assert (Status.BAD_MEASUREMENT in seen) == (gate is not None)
