@@ -183,10 +183,10 @@ public:
         std::copy_n(api_->applied(core_), decided(), values.writable());
     }
 
-    std::vector<long> counts() {
+    std::vector<long long> counts() {
         Lock lock(*this);
-        const long *counts = api_->counts(core_);
-        return std::vector<long>(counts, counts + RUMO_STATUS_COUNT);
+        const long long *counts = api_->counts(core_);
+        return std::vector<long long>(counts, counts + RUMO_STATUS_COUNT);
     }
 
     void prepare() {

@@ -184,7 +184,7 @@ typedef struct rumo_api {
     /* Guess of a state at rest, with the last input decided. */
     void (*start)(rumo_controller *, const double *x);
     double *(*applied)(rumo_controller *); /* (max(delay, 1), nu), oldest first; may be written to */
-    long *(*counts)(rumo_controller *);    /* (RUMO_STATUS_COUNT,) steps by status since the last reset */
+    long long *(*counts)(rumo_controller *); /* (RUMO_STATUS_COUNT,) steps by status since the last reset */
     void (*prepare)(rumo_controller *);
     /* The plan for a measurement x (nx,) and the wanted outputs (N + 1, ny), from now on. */
     void (*feedback)(rumo_controller *, const double *x, const double *reference, rumo_plan *);

@@ -18,7 +18,10 @@
 #include <time.h>
 
 #ifdef _WIN32
+#define WIN32_LEAN_AND_MEAN
 #include <windows.h>
+#undef near /* left over from other times */
+#undef far
 #endif
 
 static double seconds_now(void) {
@@ -43,8 +46,10 @@ static double seconds_now(void) {
 #endif
 #include "eliminate.c"
 #include "condense.c"
+#include "working_set.c"
 #include "qp.c"
 #include "policy.c"
+#include "set_up.c"
 #include "step.c"
 #ifndef RUMO_TAILORED
 #include "program.c"

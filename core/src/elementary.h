@@ -60,11 +60,11 @@ static inline double tangent(double x) {
 
 static inline double arctangent(double x) {
     const double size = fabs(x);
-    const int far = size > 2.41421356237309504880, middle = size > 0.66;
-    const double numerator = far ? -1.0 : middle ? size - 1.0 : size;
-    const double denominator = far ? size : middle ? size + 1.0 : 1.0;
-    const double base = far ? 1.57079632679489661923 : middle ? 0.78539816339744830962 : 0.0;
-    const double rest = far ? 6.123233995736765886130E-17 : middle ? 3.061616997868382943065E-17 : 0.0;
+    const int large = size > 2.41421356237309504880, middle = size > 0.66;
+    const double numerator = large ? -1.0 : middle ? size - 1.0 : size;
+    const double denominator = large ? size : middle ? size + 1.0 : 1.0;
+    const double base = large ? 1.57079632679489661923 : middle ? 0.78539816339744830962 : 0.0;
+    const double rest = large ? 6.123233995736765886130E-17 : middle ? 3.061616997868382943065E-17 : 0.0;
     const double t = numerator / denominator, z = t * t;
     const double p = (((-8.750608600031904122785E-1 * z - 1.615753718733365076637E1) * z - 7.500855792314704667340E1) * z -
                       1.228866684490136173410E2) * z - 6.485021904942025371773E1;

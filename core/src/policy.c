@@ -22,7 +22,7 @@ struct rumo_controller {
     double *guess_slacks;               /* (N nc,): of the iteration before, see attempt() */
     double *previous_x, *previous_u;
     double *numbers;                    /* of the plan: u, x, slacks */
-    long counts[RUMO_STATUS_COUNT];
+    long long counts[RUMO_STATUS_COUNT];
     int implausible, repeats;           /* samples in a row that the gate has held back, and why */
     int changes, has_last;              /* plausible samples that differed from the one before, up to GATE_CHANGES */
     double *suspect, *last_x;           /* (nx,): the last implausible and the last plausible sample */

@@ -20,6 +20,7 @@ static void lay_out_program(arena *a, program *p, int n, int rows) {
     p->q.inverse = p->inverse;
     p->q.transpose = p->transpose;
     p->q.matrix = p->rows;
+    for (int i = 0; a->base && i < rows; ++i) p->imposed[i] = 1;
 }
 
 static size_t program_size(int variables, int rows) {
@@ -30,43 +31,93 @@ static size_t program_size(int variables, int rows) {
     return a.used + ALIGNMENT;
 }
 
-static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_settings *settings, int warm, void *memory,
-                                    double *v, double *multipliers, int *conflict) {
-    const int n = data->variables, m = data->rows;
-    rumo_qp_result result = {RUMO_SOLVER_FAILED, 0, 0, 0.0, 0.0};
-    arena a = {aligned(memory), 0};
-    program *p;
-    if (warm) {
-        p = (program *)(void *)a.base;
-    } else {
-        p = (program *)take(&a, sizeof *p);
-        lay_out_program(&a, p, n, m);
-        clear_members(&p->q);
+/* Whether all is a number, limits are no infinities on the wrong side, and prices are none below zero. */
+RARE static int sane(const rumo_qp_data *d) {
+    const int n = d->variables, m = d->rows;
+    int fine = all_finite(d->gradient, n) && (m == 0 || all_finite(d->matrix, m * n));
+    for (int i = 0; i < n; ++i) fine &= all_finite(d->hessian + (ptrdiff_t)i * n + i, n - i);
+    for (int i = 0; i < n; ++i) fine &= d->lower[i] < INFINITY && d->upper[i] > -INFINITY;
+    for (int i = 0; i < m; ++i) {
+        fine &= d->row_lower[i] < INFINITY && d->row_upper[i] > -INFINITY;
+        fine &= d->l1[i] >= 0.0 && d->l2[i] >= 0.0 && d->l2[i] < INFINITY;
+        fine &= isinf(d->l1[i]) || d->row_lower[i] <= d->row_upper[i];
     }
+    return fine;
+}
+
+/* Take the data over. Prices of a former call and multipliers that came from them do not fit new ones. */
+static void take_over(program *p, const rumo_qp_data *data, int warm) {
     qp *q = &p->q;
+    const int n = data->variables, m = data->rows;
+    const size_t prices = (size_t)m * sizeof(double);
+    if (!warm || memcmp(q->l1 + q->dense, data->l1, prices) != 0 || memcmp(q->l2 + q->dense, data->l2, prices) != 0)
+        clear_members(q);
     for (int i = 0; i < n; ++i) copy(p->hessian + (ptrdiff_t)i * q->ld, data->hessian + (ptrdiff_t)i * n, n);
     for (int i = 0; i < m; ++i) {
         double *row = p->rows + (ptrdiff_t)i * q->ld;
         copy(row, data->matrix + (ptrdiff_t)i * n, n);
         const double norm = sqrt(dot(row, row, q->ld));
-        p->imposed[i] = 1;
         q->weight[q->dense + i] = norm > 0.0 ? 1.0 / norm : 1.0;
         q->extent[i] = q->ld;
+        /* A price of nothing is no limit. */
+        const int priceless = data->l1[i] == 0.0 && data->l2[i] == 0.0;
+        q->lower[q->dense + i] = data->row_lower[i];
+        q->upper[q->dense + i] = priceless ? INFINITY : data->row_upper[i];
     }
     copy(q->lower, data->lower, n);
     copy(q->upper, data->upper, n);
-    copy(q->lower + q->dense, data->row_lower, m);
-    copy(q->upper + q->dense, data->row_upper, m);
     copy(q->l1 + q->dense, data->l1, m);
     copy(q->l2 + q->dense, data->l2, m);
     copy(p->gradient, data->gradient, n);
+}
+
+/* Let go of members without a limit. */
+static void drop_unlimited(qp *q) {
+    for (int i = q->count - 1; i >= 0; --i) {
+        const int row = q->member[i];
+        if (isfinite(q->state[row] == AT_LOWER ? q->lower[row] : q->upper[row])) continue;
+        watch(q, row, INACTIVE);
+        drop(q, i);
+    }
+    for (int r = q->dense; r < q->rows; ++r)
+        if (q->state[r] == SATURATED && isinf(q->upper[r])) watch(q, r, INACTIVE);
+}
+
+/* A row whose limits contradict each other, or -1. */
+static int crossed(const qp *q, double tolerance) {
+    for (int r = 0; r < q->rows; ++r)
+        if ((q->lower[r] - q->upper[r]) * q->weight[r] > tolerance) return r;
+    return -1;
+}
+
+static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_settings *settings, int warm, void *memory,
+                                    double *v, double *multipliers, int *conflict) {
+    const int n = data->variables, m = data->rows;
+    rumo_qp_result result = {RUMO_SOLVER_FAILED, 0, 0, 0.0, 0.0};
+    arena a = {aligned(memory), 0};
+    program *p = (program *)(void *)a.base;
+    if (!warm) {
+        p = (program *)take(&a, sizeof *p);
+        lay_out_program(&a, p, n, m);
+        clear_members(&p->q);
+    }
+    if (!sane(data)) return result;
+    qp *q = &p->q;
+    take_over(p, data, warm);
     const qp_limits limits = {settings->qp_iterations, settings->qp_tolerance, settings->qp_seconds};
+    const int impossible = crossed(q, limits.tolerance);
+    if (impossible >= 0) {
+        result.conflicts = 1;
+        *conflict = impossible;
+        return result;
+    }
     double start = seconds_now();
     const int definite = factorize(n, q->ld, p->hessian, p->factor, p->inverse, p->transpose);
     result.factor_seconds = seconds_now() - start;
     if (!definite) return result;
     start = seconds_now();
     renew_members(q, 0, 0, p->imposed);
+    drop_unlimited(q);
     watch_members(q);
     result.status = solve_qp(q, p->gradient, &limits);
     result.seconds = seconds_now() - start;

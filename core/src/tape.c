@@ -1,7 +1,7 @@
 /* The model: a straight-line program run over all stages at once, eight at a time.
  *
  * A number of stage k lies in lane k: element e of the terms at terms[e * lanes + k]. Stages up to the next multiple
- * of LANES repeat the last one. A tailored build has the same program as C code (see RUMO_MODEL in core.c).
+ * of LANES repeat the last one. A tailored build has the same program as C code (see RUMO_EVALUATE in core.c).
  */
 
 typedef struct guess_lanes {

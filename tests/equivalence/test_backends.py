@@ -37,9 +37,7 @@ def of_four_wheel(horizon, delay, penalty):
             "delta": rumo.Bounds(-0.002, 0.002, penalty),
         },
     )
-    start = {"p_y": 0.05, "v_x": 8.0} | {
-        name: 8.0 / PAPER_CAR.r for name in model.states if name[0] == "w"
-    }
+    start = {"p_y": 0.05, "v_x": 8.0} | {name: 8.0 / PAPER_CAR.r for name in model.states if name[0] == "w"}
     return problem, [start.get(name, 0.0) for name in model.states], {"p_y": 0.0, "psi": 0.0, "v_x": 8.1}
 
 

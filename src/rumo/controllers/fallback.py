@@ -51,6 +51,9 @@ def admissible(problem: Problem, u: Array, previous: Array) -> Array:
     """
     result = np.empty_like(u)
     for k, wanted in enumerate(u):
-        move = np.clip(wanted - previous, problem.move_lower, problem.move_upper)
-        result[k] = previous = np.clip(previous + move, problem.input_lower, problem.input_upper)
+        # An admissible input stays what it is, to the last digit.
+        move = wanted - previous
+        low, high = move < problem.move_lower, move > problem.move_upper
+        reached = np.where(low, previous + problem.move_lower, np.where(high, previous + problem.move_upper, wanted))
+        result[k] = previous = np.clip(reached, problem.input_lower, problem.input_upper)
     return result

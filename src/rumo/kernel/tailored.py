@@ -10,9 +10,12 @@ import os
 import platform
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -28,11 +31,15 @@ logger = logging.getLogger("rumo")
 SOURCES = Path(_core.__file__).parent / "core"
 PATIENCE = 120.0
 """Time that a compiler may take [s]."""
+SUFFIX = ".dll" if os.name == "nt" else ".so"
 
-COMMON = ("-std=c11", "-shared", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-w")
-GCC = ("-O2", "-ftree-vectorize", "-fvect-cost-model=dynamic", "-fpeel-loops", "-mprefer-vector-width=512")
+COMMON = ("-std=c11", "-shared", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-w")
+GCC = ("-march=native", "-O2", "-ftree-vectorize", "-fvect-cost-model=dynamic", "-fpeel-loops")
 """As fast as -O3, and compiled in two thirds of its time."""
-CLANG = ("-O3",)
+WIDE = ("-mprefer-vector-width=512",) if platform.machine().lower() in ("x86_64", "amd64") else ()
+CLANG = ("-march=native", "-O3")
+PLAIN = ("-O2",)
+"""For compilers that know none of the others."""
 
 
 @dataclass(frozen=True)
@@ -59,19 +66,32 @@ def tailored(description: Description) -> Build:
         sources = _sources(description)
         command = _compiler()
         name = _fingerprint(sources, command)
+        if name in _hopeless:
+            raise CompilerError(_hopeless[name])
         folder = cache_folder()
-        library = folder / f"{name}{'.dll' if os.name == 'nt' else '.so'}"
-        if not library.exists():
-            _compile(sources, command, library)
-        try:
-            return _load(library)
-        except (OSError, ValueError):  # damaged, or of another machine: make it again
+        for library in sorted(folder.glob(f"{name}-*{SUFFIX}")):
+            build = _kept(library)
+            if build is not None:
+                return build
             library.unlink(missing_ok=True)
-            _compile(sources, command, library)
-            return _load(library)
+        try:
+            return _compile(sources, command, folder, name)
+        except CompilerError as error:
+            _hopeless[name] = str(error)  # the next controller need not wait for it again
+            raise
     except (CompilerError, OSError, ValueError) as error:
-        logger.warning("The portable build of the core is used, up to twice as slow: %s", error)
+        _report(str(error))
         return portable()
+
+
+_hopeless: dict[str, str] = {}
+"""Why a build failed in this process, by its name."""
+
+
+@cache
+def _report(reason: str) -> None:
+    """Once for each reason: a warning for every controller would say nothing new."""
+    logger.warning("The portable build of the core is used, up to twice as slow: %s", reason)
 
 
 def cache_folder() -> Path:
@@ -110,25 +130,72 @@ def _compiler() -> tuple[str, ...]:
     raise CompilerError("no C compiler was found (cc, gcc, clang, or the package ziglang).")
 
 
-def _compile(sources: tuple[str, str], command: tuple[str, ...], library: Path) -> None:
-    """Compile beside the target and move there in one go: no process ever sees half a library."""
-    with tempfile.TemporaryDirectory(dir=library.parent, prefix="build-") as name:
-        folder = Path(name)
-        unit, model = sources
-        (folder / "unit.c").write_text(unit, encoding="utf-8")
-        (folder / "model.h").write_text(model, encoding="utf-8")
-        tuning = GCC if _is_gcc(command) else CLANG
-        includes = [f"-I{SOURCES / part}" for part in ("include", "src")]
-        position = [] if os.name == "nt" else ["-fPIC"]
-        arguments = [*command, *COMMON, *tuning, *position, *includes, f"-I{folder}", "-o", str(folder / "library")]
-        arguments += [str(folder / "unit.c")] + ([] if os.name == "nt" else ["-lm"])
+def _compile(sources: tuple[str, str], command: tuple[str, ...], folder: Path, name: str) -> Build:
+    """Compile beside the target and move there in one go: no process ever sees half a library.
+
+    The target's name ends in the digest of what is in it, so that a damaged file is noticed.
+    """
+    with tempfile.TemporaryDirectory(dir=folder, prefix="build-") as own:
+        unit, model, made = Path(own, "unit.c"), Path(own, "model.h"), Path(own, f"library{SUFFIX}")
+        unit.write_text(sources[0], encoding="utf-8")
+        model.write_text(sources[1], encoding="utf-8")
+        includes = [f"-I{path}" for path in (SOURCES / "include", SOURCES / "src", own)]
+        system = [] if os.name == "nt" else ["-fPIC", "-lm"]
+        complaint = ""
+        for tuning in ((*GCC, *WIDE) if _is_gcc(command) else CLANG, PLAIN):
+            arguments = [*command, *COMMON, *tuning, *includes, "-o", str(made), str(unit), *system]
+            returned, printed = _run(arguments)
+            if returned == 0 and made.exists():
+                break
+            complaint = complaint or printed.strip()[-500:] or f"it made no library, and ended with {returned}"
+        else:
+            raise CompilerError(f"{shlex.join(command)} failed: {complaint}")
         try:
-            done = subprocess.run(arguments, capture_output=True, text=True, timeout=PATIENCE, check=False)
-        except (OSError, subprocess.TimeoutExpired) as error:
-            raise CompilerError(f"{command[0]}: {error}") from None
-        if done.returncode != 0:
-            raise CompilerError(f"{shlex.join(command)} failed: {done.stderr.strip()[-500:]}")
-        os.replace(folder / "library", library)
+            loaded = _load(made)
+        except (OSError, ValueError) as error:
+            raise CompilerError(f"{shlex.join(command)} made a library that cannot be used: {error}") from None
+        os.replace(made, folder / f"{name}-{_digest(made.read_bytes())}{SUFFIX}")
+        return loaded
+
+
+def _run(arguments: Sequence[str]) -> tuple[int, str]:
+    """Run a compiler; what it returned and printed. If it hangs, it is ended with all that it has started."""
+    try:
+        process = subprocess.Popen(
+            arguments,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            encoding="utf-8",
+            errors="replace",
+            start_new_session=True,
+        )
+    except OSError as error:
+        raise CompilerError(f"{arguments[0]}: {error}") from None
+    with process:
+        try:
+            printed, _ = process.communicate(timeout=PATIENCE)
+        except BaseException as error:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL) if os.name == "posix" else process.kill()
+            if isinstance(error, subprocess.TimeoutExpired):
+                raise CompilerError(f"{arguments[0]} did not come to an end within {PATIENCE:g} s.") from None
+            raise
+    return process.returncode, printed
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()[:16]
+
+
+def _kept(library: Path) -> Build | None:
+    """A library of the cache; None if it is damaged, or of another machine."""
+    try:
+        if library.stem.endswith(_digest(library.read_bytes())):
+            return _load(library)
+    except (OSError, ValueError):
+        pass
+    return None
 
 
 def _load(library: Path) -> Build:
@@ -140,27 +207,24 @@ def _load(library: Path) -> Build:
 
 @cache
 def _is_gcc(command: tuple[str, ...]) -> bool:
-    try:
-        answer = subprocess.run([*command, "--version"], capture_output=True, text=True, timeout=PATIENCE, check=False)
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise CompilerError(f"{command[0]}: {error}") from None
-    return "Free Software Foundation" in answer.stdout
+    return "Free Software Foundation" in _run([*command, "--version"])[1]
 
 
 @cache
 def _machine() -> str:
-    """What `-march=native` depends on: a cache may be shared by machines."""
+    """What a library depends on besides its sources: a cache may be shared by machines."""
+    system = f"{platform.machine()} {platform.system()} {' '.join(platform.libc_ver())}"
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        return next(line for line in lines if line.startswith(("flags", "Features")))
+        return f"{system} {next(line for line in lines if line.startswith(('flags', 'Features')))}"
     except (OSError, StopIteration):
-        return f"{platform.machine()} {platform.processor()}"
+        return f"{system} {platform.processor()}"
 
 
 def _fingerprint(sources: tuple[str, str], command: tuple[str, ...]) -> str:
     digest = hashlib.sha256()
     files = sorted(path for path in SOURCES.rglob("*") if path.is_file())
-    for text in (*sources, shlex.join(command), _machine(), repr((COMMON, GCC, CLANG))):
+    for text in (*sources, shlex.join(command), _machine(), repr((COMMON, GCC, WIDE, CLANG, PLAIN))):
         digest.update(text.encode())
     for path in files:
         digest.update(path.read_bytes())

@@ -1,0 +1,179 @@
+/* Making a controller: one pass over the same calls measures its memory, a second one lays it out. */
+
+static dims dims_of(const rumo_sizes *p) {
+#ifdef RUMO_TAILORED
+    static const rumo_sizes tailored = {RUMO_SIZES};
+    p = &tailored;
+#endif
+    dims s = {p->horizon, p->delay, p->states, p->inputs, p->outputs, p->constraints, padded(p->horizon), 0, 0, 0, 0};
+    s.n = (s.N - s.d) * s.nu;
+    s.ld = padded(s.n);
+    s.width = s.nx + s.nu + 1;
+    s.ldx = padded(s.nx);
+    return s;
+}
+
+static sparse rows_of(arena *a, const rumo_pattern *pattern, int rows) {
+    int *start = take_ints(a, rows + 1);
+    if (start)
+        for (int e = 0; e < pattern->count; ++e) ++start[pattern->row[e] + 1];
+    if (start)
+        for (int r = 0; r < rows; ++r) start[r + 1] += start[r];
+    return (sparse){pattern->first, start, keep_ints(a, pattern->column, pattern->count)};
+}
+
+static void keep_pattern(arena *a, rumo_pattern *pattern) {
+    pattern->row = keep_ints(a, pattern->row, pattern->count);
+    pattern->column = keep_ints(a, pattern->column, pattern->count);
+}
+
+static int total(const int *counts, int count) {
+    int sum = 0;
+    for (int i = 0; i < count; ++i) sum += counts[i];
+    return sum;
+}
+
+/* Lay out a controller in memory, or measure it; with memory, copy the problem. */
+RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
+    const dims s = c->s = dims_of(&p->sizes);
+    const int np = p->sizes.parameters;
+    c->problem = *p;
+    rumo_problem *own = &c->problem;
+    own->tape.code = keep_ints(a, p->tape.code, (ptrdiff_t)4 * p->tape.length);
+    own->tape.constants = keep_doubles(a, p->tape.constants, p->tape.length);
+    keep_pattern(a, &own->M);
+    rumo_elimination *e = &own->elimination;
+    const rumo_elimination *from = &p->elimination;
+    const int blocks = from->blocks, loads = total(from->loads, blocks), updates = total(from->updates, blocks),
+              stores = total(from->stores, blocks);
+    e->size = keep_ints(a, from->size, blocks);
+    e->width = keep_ints(a, from->width, blocks);
+    e->loads = keep_ints(a, from->loads, blocks);
+    e->updates = keep_ints(a, from->updates, blocks);
+    e->stores = keep_ints(a, from->stores, blocks);
+    e->states = keep_ints(a, from->states, s.nx);
+    e->load = keep_ints(a, from->load, (ptrdiff_t)2 * loads);
+    e->update = keep_ints(a, from->update, (ptrdiff_t)3 * updates);
+    e->store = keep_ints(a, from->store, (ptrdiff_t)2 * stores);
+    e->row = keep_ints(a, from->row, from->entries);
+    e->column = keep_ints(a, from->column, from->entries);
+    own->output_weights = NULL; /* kept as roots */
+    own->move_weights = keep_doubles(a, p->move_weights, s.N * s.nu);
+    own->input_scales = keep_doubles(a, p->input_scales, s.nu);
+    own->input_lower = keep_doubles(a, p->input_lower, s.nu);
+    own->input_upper = keep_doubles(a, p->input_upper, s.nu);
+    own->move_lower = keep_doubles(a, p->move_lower, s.nu);
+    own->move_upper = keep_doubles(a, p->move_upper, s.nu);
+    own->safe_input = keep_doubles(a, p->safe_input, s.nu);
+    own->constraint_scales = keep_doubles(a, p->constraint_scales, s.nc);
+    own->l1 = own->l2 = NULL; /* kept in the QP */
+    own->imposed = keep_ints(a, p->imposed, s.N * s.nc);
+    own->parameters = own->fixed = NULL; /* kept in lanes */
+
+    c->applied = take_doubles(a, (s.d > 1 ? s.d : 1) * s.nu);
+    c->guess_x = take_doubles(a, (s.N + 1) * s.nx);
+    c->guess_u = take_doubles(a, s.N * s.nu);
+    c->guess_slacks = take_doubles(a, s.N * s.nc);
+    c->previous_x = take_doubles(a, (s.N + 1) * s.nx);
+    c->previous_u = take_doubles(a, s.N * s.nu);
+    c->numbers = take_doubles(a, s.N * s.nu + (s.N + 1) * s.nx + s.N * s.nc);
+    c->suspect = take_doubles(a, s.nx);
+    c->last_x = take_doubles(a, s.nx);
+
+    c->x_lanes = take_doubles(a, s.nx * (s.lanes + LANES));
+    c->u_lanes = take_doubles(a, s.nu * s.lanes);
+    c->p_lanes = take_doubles(a, (ptrdiff_t)np * s.lanes);
+    c->registers = take_doubles(a, (ptrdiff_t)p->tape.registers * 2 * LANES);
+    c->terms = take_doubles(a, (ptrdiff_t)p->sizes.slots * s.lanes);
+    c->result = take_doubles(a, (ptrdiff_t)from->entries * s.lanes);
+    int largest = 0;
+    for (int b = 0; b < blocks; ++b) {
+        const int size = from->size[b] * (from->size[b] + from->width[b] + 1);
+        largest = size > largest ? size : largest;
+    }
+    c->work = take_doubles(a, largest * LANES);
+    c->per_state = take_doubles(a, s.nx);
+    c->block_of = take_ints(a, s.nx);
+    const rumo_pattern result = {from->entries, 0, from->row, from->column};
+    c->stage = rows_of(a, &result, s.nx);
+    c->Cx = rows_of(a, &p->Cx, s.ny);
+    c->Cu = rows_of(a, &p->Cu, s.ny);
+    c->D = rows_of(a, &p->D, s.nc);
+    c->E = rows_of(a, &p->E, s.nc);
+    c->end_of_A = take_ints(a, s.nx);
+
+    condensed *d = &c->c;
+    d->stages = take_doubles(a, (ptrdiff_t)s.N * s.width * s.ldx);
+    d->response = take_doubles(a, (ptrdiff_t)s.N * s.nx * s.ld);
+    d->outputs = take_doubles(a, (ptrdiff_t)s.N * s.ny * s.ld);
+    d->rows = take_doubles(a, (ptrdiff_t)s.N * s.nc * s.ld);
+    d->norm = take_doubles(a, s.N * s.nc);
+    d->reach = take_doubles(a, s.nx);
+    d->near_reach = take_doubles(a, s.nx);
+    d->root_weights = take_doubles(a, s.N * s.ny);
+    double **const squares[] = {&d->hessian, &d->factor, &d->inverse, &d->transpose};
+    for (size_t i = 0; i < sizeof squares / sizeof *squares; ++i) *squares[i] = take_doubles(a, (ptrdiff_t)s.n * s.ld);
+    int limited = 0;
+    for (int j = 0; j < s.nu; ++j) limited |= isfinite(p->move_lower[j]) || isfinite(p->move_upper[j]);
+    take_qp(a, &c->q, s.n, s.nu, s.N * s.nc, limited);
+    c->q.hessian = d->hessian;
+    c->q.inverse = d->inverse;
+    c->q.transpose = d->transpose;
+    c->q.matrix = d->rows;
+    c->imposed_now = take_ints(a, s.N * s.nc);
+    c->dx = take_doubles(a, (ptrdiff_t)(s.N + 1) * s.ldx);
+    c->du = take_doubles(a, s.N * s.nu);
+    c->constraints = take_doubles(a, s.N * s.nc);
+    c->gradient = take_doubles(a, s.ld);
+    c->best = take_doubles(a, s.ld);
+    c->other = take_doubles(a, s.ld);
+}
+
+RARE static size_t controller_size(const rumo_problem *p) {
+    rumo_controller c;
+    arena a = {NULL, 0};
+    (void)take(&a, sizeof c);
+    lay_out(&a, &c, p);
+    return a.used + ALIGNMENT;
+}
+
+static void configure(rumo_controller *c, const rumo_settings *settings) { c->settings = *settings; }
+
+RARE static void reset_controller(rumo_controller *c) {
+    c->has_guess = c->has_previous = c->prepared = c->inputs_left = c->balanced = 0;
+    c->implausible = c->repeats = c->changes = c->has_last = c->blameless = 0;
+    const int decided = c->s.d > 1 ? c->s.d : 1;
+    for (int k = 0; k < decided; ++k) copy(c->applied + k * c->s.nu, c->problem.safe_input, c->s.nu);
+    memset(c->counts, 0, sizeof c->counts);
+    clear_members(&c->q);
+    c->prepare_seconds = 0.0;
+}
+
+RARE static rumo_controller *create_controller(const rumo_problem *p, const rumo_settings *settings, void *memory) {
+    arena a = {aligned(memory), 0};
+    rumo_controller *c = (rumo_controller *)take(&a, sizeof *c);
+    lay_out(&a, c, p);
+    const dims *s = &c->s;
+    for (int i = 0; i < p->sizes.slots; ++i)
+        for (int k = 0; k < s->lanes; ++k) c->terms[(ptrdiff_t)i * s->lanes + k] = p->fixed[i];
+    for (int i = 0; i < p->sizes.parameters; ++i)
+        for (int k = 0; k < s->lanes; ++k) c->p_lanes[(ptrdiff_t)i * s->lanes + k] = p->parameters[i];
+    for (int i = 0; i < s->N * s->ny; ++i) c->c.root_weights[i] = sqrt(2.0 * p->output_weights[i]);
+    for (int r = 0; r < s->nx; ++r) {
+        c->end_of_A[r] = c->stage.start[r];
+        while (c->end_of_A[r] < c->stage.start[r + 1] && c->stage.column[c->end_of_A[r]] < s->nx) ++c->end_of_A[r];
+    }
+    for (int i = 0; i < s->N * s->nc; ++i) {
+        const int row = c->q.dense + i;
+        c->q.l1[row] = p->l1[i % s->nc];
+        c->q.l2[row] = p->l2[i % s->nc];
+        c->q.extent[i] = padded(inputs_at(s, i / s->nc));
+    }
+    configure(c, settings);
+    reset_controller(c);
+    return c;
+}
+
+static double *applied_inputs(rumo_controller *c) { return c->applied; }
+
+static long long *status_counts(rumo_controller *c) { return c->counts; }

@@ -1,0 +1,313 @@
+/* The rows of a QP that are taken to hold, and the factors of their Gram matrix.
+ *
+ *   min v'Hv/2 + g'v + sum_i l1_i s_i + l2_i s_i^2    lower <= (v, increments of v, rows v) <= upper + s,  s >= 0
+ *
+ * A row with infinite l1 is hard. Slacks are no variables: a multiplier between 0 and l1 holds a soft row at its
+ * limit, one above l1 lets it give way by (multiplier - l1) / (2 l2), and with l2 = 0 it stays at l1.
+ * With U'U = H and m = U'^-1 a for each row a of the working set, the minimiser over the set is w = U v with
+ * w = -U'^-1 (g + sum of l1 a over saturated rows) - M' mu, where M w - E mu = targets, and E is the compliance of
+ * rows that give way. M M' + E = L D L'.
+ *
+ * Source: Arnstroem, Bemporad and Axehill (2022) for L D L' in place of the Q R of Goldfarb and Idnani (1983).
+ */
+
+typedef enum row_state {
+    INACTIVE,
+    AT_LOWER,  /* multiplier <= 0 */
+    AT_UPPER,  /* 0 <= multiplier <= l1 */
+    GIVING,    /* soft, multiplier >= l1, l2 > 0 */
+    SATURATED  /* soft, multiplier = l1, l2 = 0: not in the working set */
+} row_state;
+
+/* Pivots are squares of sines of angles between rows. Below the first share of 1 they are computed with care, below
+ * the second, rows depend on each other. */
+#define SMALL_PIVOT 1e-6
+#define NO_PIVOT 1e-14
+
+typedef struct qp {
+    int n, ld;             /* variables; length of a row, padded */
+    int band;              /* inputs of a stage, if increments v_j - v_{j - band} are limited; else 0 */
+    int rows, dense;       /* all rows: n bounds, n increments if limited, then the dense ones from `dense` on */
+    int capacity, stride;  /* of the working set; of L */
+    const double *hessian, *inverse, *transpose; /* see condense.c */
+    const double *matrix;  /* dense rows, ld apart */
+    int *extent;           /* (dense rows,): length to which a row is not zero, padded */
+    double *lower, *upper, *l1, *l2, *weight; /* (rows,): weight is 1 / norm */
+    double *floor, *ceiling, *value;          /* (rows,): limits that are still to be watched, and a'v */
+    int *state, saturated;                    /* (rows,): row_state; how many are saturated */
+    int count;             /* members of the working set */
+    int *member, *place;   /* row of each; where its m lies */
+    double *mu, *moved, *L, *D;
+    int pending;           /* 1 while the row at position `count` waits to join */
+    double *w, *v;         /* minimiser, as U v and as v */
+    double *direction, *trial, *spare; /* scratch: of multipliers, */
+    double *shift, *residual;          /* and of variables */
+    int *conflict, conflicts, *scratch;
+    int iterations;
+} qp;
+
+RARE static void take_qp(arena *a, qp *q, int n, int band, int dense, int limited) {
+    q->n = n;
+    q->ld = padded(n);
+    q->band = limited ? band : 0;
+    q->dense = limited ? 2 * n : n;
+    q->rows = q->dense + dense;
+    q->capacity = n + dense + 1; /* only rows that give way can be more than n; one may be pending */
+    q->stride = padded(q->capacity);
+    const int rows = padded(q->rows);
+    double **const per_row[] = {&q->lower, &q->upper, &q->l1, &q->l2, &q->weight, &q->floor, &q->ceiling, &q->value};
+    for (size_t i = 0; i < sizeof per_row / sizeof *per_row; ++i) *per_row[i] = take_doubles(a, rows);
+    q->extent = take_ints(a, dense);
+    q->state = take_ints(a, rows);
+    q->member = take_ints(a, q->capacity);
+    q->place = take_ints(a, q->capacity);
+    q->conflict = take_ints(a, q->capacity);
+    q->scratch = take_ints(a, q->capacity);
+    q->moved = take_doubles(a, (ptrdiff_t)q->capacity * q->ld);
+    q->L = take_doubles(a, (ptrdiff_t)q->capacity * q->stride);
+    double **const per_member[] = {&q->mu, &q->D, &q->direction, &q->trial, &q->spare};
+    for (size_t i = 0; i < sizeof per_member / sizeof *per_member; ++i) *per_member[i] = take_doubles(a, q->stride);
+    double **const per_variable[] = {&q->w, &q->v, &q->shift, &q->residual};
+    for (size_t i = 0; i < sizeof per_variable / sizeof *per_variable; ++i) *per_variable[i] = take_doubles(a, q->ld);
+    if (!a->base) return;
+    for (int i = 0; i < rows; ++i) {
+        q->lower[i] = q->floor[i] = -INFINITY;
+        q->upper[i] = q->ceiling[i] = q->l1[i] = INFINITY;
+        q->weight[i] = i < q->n ? 1.0 : 0.70710678118654752440;
+    }
+}
+
+static inline double *moved(const qp *q, int position) { return q->moved + (ptrdiff_t)q->place[position] * q->ld; }
+
+/* y += scale a, for row a. */
+static void add_row(const qp *q, int row, double scale, double *restrict y) {
+    if (row < q->n) {
+        y[row] += scale;
+    } else if (row < q->dense) {
+        const int j = row - q->n;
+        y[j] += scale;
+        if (j >= q->band) y[j - q->band] -= scale;
+    } else {
+        axpy(y, scale, q->matrix + (ptrdiff_t)(row - q->dense) * q->ld, q->extent[row - q->dense]);
+    }
+}
+
+/* y += sum of l1 a over the saturated rows. */
+static void add_saturated(const qp *q, double *restrict y) {
+    for (int r = q->dense, left = q->saturated; left > 0 && r < q->rows; ++r)
+        if (q->state[r] == SATURATED) {
+            add_row(q, r, q->l1[r], y);
+            --left;
+        }
+}
+
+/* y += U'^-1 x, for an x that is zero from `extent` on. */
+static void add_transformed(const qp *q, const double *restrict x, int extent, double *restrict y) {
+    const int end = extent < q->n ? extent : q->n;
+    for (int i = 0; i < end; ++i) {
+        const int start = i / LANES * LANES;
+        axpy(y + start, x[i], q->transpose + (ptrdiff_t)i * q->ld + start, q->ld - start);
+    }
+}
+
+/* v += U^-1 x. */
+static void add_solution(const qp *q, const double *restrict x, double *restrict v) {
+    for (int i = 0; i < q->n; ++i) axpy(v, x[i], q->inverse + (ptrdiff_t)i * q->ld, padded(i + 1));
+}
+
+/* m = U'^-1 a. */
+static void transform(const qp *q, int row, double *restrict m) {
+    zero(m, q->ld);
+    if (row < q->dense) {
+        const int j = row < q->n ? row : row - q->n;
+        copy(m, q->transpose + (ptrdiff_t)j * q->ld, q->ld);
+        if (row >= q->n && j >= q->band) axpy(m, -1.0, q->transpose + (ptrdiff_t)(j - q->band) * q->ld, q->ld);
+    } else {
+        add_transformed(q, q->matrix + (ptrdiff_t)(row - q->dense) * q->ld, q->extent[row - q->dense], m);
+    }
+}
+
+static void watch(qp *q, int row, row_state state) {
+    q->saturated += (state == SATURATED) - (q->state[row] == SATURATED);
+    q->state[row] = (int)state;
+    q->floor[row] = state == INACTIVE ? q->lower[row] : state == SATURATED ? q->upper[row] : -INFINITY;
+    q->ceiling[row] = state == INACTIVE ? q->upper[row] : INFINITY;
+}
+
+static inline double compliance(const qp *q, int row) { return q->state[row] == GIVING ? 0.5 / q->l2[row] : 0.0; }
+
+/* How far a value of a member is from where its state and multiplier want it. */
+static inline double deviation(const qp *q, int position, double value) {
+    const int row = q->member[position];
+    switch ((row_state)q->state[row]) {
+    case AT_LOWER: return value - q->lower[row];
+    case GIVING: return value - q->upper[row] - (q->mu[position] - q->l1[row]) * 0.5 / q->l2[row];
+    default: return value - q->upper[row];
+    }
+}
+
+/* Solve L D L' x = x for the rows before a position. */
+static void solve_members(const qp *q, int count, double *restrict x) {
+    for (int i = count; i < padded(count); ++i) x[i] = 0.0;
+    for (int i = 1; i < count; ++i) x[i] -= dot(q->L + (ptrdiff_t)i * q->stride, x, padded(i));
+    for (int i = 0; i < count; ++i) x[i] /= q->D[i];
+    for (int i = count - 1; i > 0; --i) axpy(x, -x[i], q->L + (ptrdiff_t)i * q->stride, padded(i));
+}
+
+/* rest = m of the row at a position less the combination r of the rows before it. */
+static void subtract_combination(const qp *q, int position, const double *restrict r, double *restrict rest) {
+    copy(rest, moved(q, position), q->ld);
+    for (int i = 0; i < position; ++i) axpy(rest, -r[i], moved(q, i), q->ld);
+}
+
+/* The pivot of a row as the square of what the rows before leave of it: a difference of squares loses half of the
+ * digits. The combination of those rows that is nearest to it is left in `trial`. */
+RARE static double careful_pivot(qp *q, int position) {
+    double *restrict r = q->trial, *restrict error = q->direction, *restrict rest = q->shift;
+    copy(r, q->L + (ptrdiff_t)position * q->stride, padded(position));
+    for (int i = position - 1; i > 0; --i) axpy(r, -r[i], q->L + (ptrdiff_t)i * q->stride, padded(i));
+    subtract_combination(q, position, r, rest);
+    for (int i = 0; i < position; ++i)
+        error[i] = dot(moved(q, i), rest, q->ld) - compliance(q, q->member[i]) * r[i];
+    solve_members(q, position, error);
+    for (int i = 0; i < position; ++i) r[i] += error[i];
+    subtract_combination(q, position, r, rest);
+    double pivot = dot(rest, rest, q->ld) + compliance(q, q->member[position]);
+    for (int i = 0; i < position; ++i) pivot += compliance(q, q->member[i]) * r[i] * r[i];
+    return pivot;
+}
+
+/* Extend L D L' by the row at a position, from those before; 0 if it depends on them, see careful_pivot. */
+static int extend(qp *q, int position) {
+    const double *restrict m = moved(q, position);
+    double *restrict ell = q->L + (ptrdiff_t)position * q->stride;
+    for (int i = 0; i < position; ++i) ell[i] = dot(moved(q, i), m, q->ld);
+    for (int i = position; i < padded(position); ++i) ell[i] = 0.0;
+    for (int i = 1; i < position; ++i) ell[i] -= dot(q->L + (ptrdiff_t)i * q->stride, ell, padded(i));
+    const double whole = dot(m, m, q->ld) + compliance(q, q->member[position]);
+    double pivot = whole;
+    for (int i = 0; i < position; ++i) {
+        const double y = ell[i];
+        ell[i] = y / q->D[i];
+        pivot -= y * ell[i];
+    }
+    const int full = position == q->capacity - 1;
+    if (full || !(pivot > SMALL_PIVOT * whole)) pivot = careful_pivot(q, position);
+    q->D[position] = pivot;
+    return pivot > NO_PIVOT * whole && !full;
+}
+
+/* Put a row behind the working set, where it waits to join. */
+static void stage_row(qp *q, int row, row_state state, double mu) {
+    q->member[q->count] = row;
+    q->mu[q->count] = mu;
+    watch(q, row, state);
+    transform(q, row, moved(q, q->count));
+    q->pending = 1;
+}
+
+/* Move what is at a position behind all others, up to `last`. */
+static void move_back(qp *q, int position, int last) {
+    const int row = q->member[position], place = q->place[position];
+    const double mu = q->mu[position];
+    for (int i = position; i < last; ++i) {
+        q->member[i] = q->member[i + 1];
+        q->place[i] = q->place[i + 1];
+        q->mu[i] = q->mu[i + 1];
+    }
+    q->member[last] = row;
+    q->place[last] = place;
+    q->mu[last] = mu;
+}
+
+/* Take the member at a position out, and update L D L' (rank one). */
+static void drop(qp *q, int position) {
+    double *restrict w = q->spare;
+    double a = q->D[position];
+    for (int i = position + 1; i < q->count; ++i) w[i] = q->L[(ptrdiff_t)i * q->stride + position];
+    move_back(q, position, q->count - 1 + q->pending);
+    for (int i = position + 1; i < q->count; ++i) {
+        double *restrict from = q->L + (ptrdiff_t)i * q->stride, *restrict to = from - q->stride;
+        for (int j = 0; j < position; ++j) to[j] = from[j];
+        for (int j = position + 1; j < i; ++j) to[j - 1] = from[j];
+    }
+    for (int i = position + 1; i < q->count; ++i) {
+        const double p = w[i], d = q->D[i], updated = d + a * p * p, beta = a * p / updated;
+        a *= d / updated;
+        q->D[i - 1] = updated;
+        for (int k = i + 1; k < q->count; ++k) {
+            double *entry = q->L + (ptrdiff_t)(k - 1) * q->stride + (i - 1);
+            w[k] -= p * *entry;
+            *entry += beta * w[k];
+        }
+    }
+    --q->count;
+}
+
+/* Factor the rows from a position on again. One that now depends on the others waits to join; if another waits
+ * already, it is let go, and will be found again. */
+static void refactor(qp *q, int position) {
+    for (int i = position; i < q->count;) {
+        if (extend(q, i)) {
+            ++i;
+            continue;
+        }
+        move_back(q, i, q->count - 1 + q->pending);
+        --q->count;
+        if (q->pending) {
+            const int last = q->count + 1;
+            axpy(q->w, q->mu[last], moved(q, last), q->ld);
+            watch(q, q->member[last], INACTIVE);
+        }
+        q->pending = 1;
+    }
+}
+
+/* Start from an empty working set. */
+static void clear_members(qp *q) {
+    for (int i = 0; i < q->capacity; ++i) q->place[i] = i;
+    for (int r = 0; r < q->rows; ++r) q->state[r] = INACTIVE;
+    q->count = q->pending = q->saturated = 0;
+}
+
+/* Take the working set over to new rows, each `inputs` free inputs and `constraints` dense rows earlier (0: as it is),
+ * as far as rows are imposed and independent. Limits may still change: see watch_members. */
+static void renew_members(qp *q, int inputs, int constraints, const int *imposed) {
+    const int members = q->count;
+    int *restrict row = q->conflict, *restrict state = q->scratch;
+    for (int i = 0; i < members; ++i) {
+        row[i] = q->member[i];
+        state[i] = q->state[row[i]];
+        q->spare[i] = q->mu[i];
+    }
+    for (int r = 0; r < q->dense; ++r) q->state[r] = INACTIVE;
+    q->saturated = 0;
+    for (int r = q->dense; r < q->rows; ++r) {
+        const int from = r + constraints;
+        const int keep = from < q->rows && q->state[from] == SATURATED && imposed[r - q->dense];
+        q->state[r] = keep ? SATURATED : INACTIVE;
+        q->saturated += keep;
+    }
+    q->count = q->pending = 0;
+    for (int i = 0; i < members; ++i) {
+        const int part = row[i] < q->n ? 0 : row[i] < q->dense ? q->n : q->dense;
+        const int moved_to = row[i] - (part == q->dense ? constraints : inputs);
+        if (moved_to < part || (part == q->dense && !imposed[moved_to - part]) || !isfinite(q->spare[i])) continue;
+        stage_row(q, moved_to, (row_state)state[i], q->spare[i]);
+        q->pending = 0;
+        if (extend(q, q->count)) ++q->count;
+        else q->state[moved_to] = INACTIVE;
+    }
+}
+
+/* Let the watch on all rows agree with their limits and states. */
+static void watch_members(qp *q) {
+    copy(q->floor, q->lower, q->rows);
+    copy(q->ceiling, q->upper, q->rows);
+    for (int i = 0; i < q->count; ++i) watch(q, q->member[i], (row_state)q->state[q->member[i]]);
+    for (int r = q->dense, left = q->saturated; left > 0 && r < q->rows; ++r)
+        if (q->state[r] == SATURATED) {
+            watch(q, r, SATURATED);
+            --left;
+        }
+}

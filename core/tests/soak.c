@@ -1,0 +1,204 @@
+/* Random steps on all fixtures: whatever is measured, wanted or applied, the plan can be applied and is what it says.
+ *
+ *   soak [steps over all fixtures] [seed]
+ */
+#include "core.c"
+
+#include "check.h"
+#include "fixture.h"
+#include "fixtures.h"
+#include "random.h"
+
+static const double wild[] = {NAN, INFINITY, -INFINITY, 1e308, -1e308, 1e300, -1e300, 1e20, -1e6, 1e-300, 0.0};
+enum { WILD = sizeof wild / sizeof *wild };
+
+typedef struct run {
+    const fixture *f;
+    rumo_controller *c;
+    rumo_settings settings;
+    double *x, *reference, *told; /* what the controller is told, told: (max(delay, 1), nu) */
+    rumo_plan plan;
+    long steps;
+    long long counts[RUMO_STATUS_COUNT]; /* since the last reset */
+    long all[RUMO_STATUS_COUNT];
+    int unsolved; /* steps in a row */
+} run;
+
+static int chance(double probability) { return uniform(0.0, 1.0) < probability; }
+
+static rumo_settings some_settings(void) {
+    rumo_settings s = usual;
+    if (chance(0.2)) s.sqp_iterations = 1 + below(4);
+    if (chance(0.2)) s.qp_iterations = below(8);
+    if (chance(0.05)) s.qp_seconds = 0.0;
+    if (chance(0.3)) s.gate_width = below(2) ? INFINITY : uniform(0.01, 1.0);
+    if (chance(0.3)) s.gate_patience = below(6);
+    return s;
+}
+
+/* Mostly where the plan leads, with noise; else a record, a jump, or nonsense. */
+static void choose_measurement(run *r) {
+    const rumo_sizes *s = &r->f->problem->sizes;
+    const int sample = below(r->f->samples);
+    const double *x = r->f->x + sample * s->states;
+    if (r->plan.numbers && chance(0.8)) x = r->plan.numbers + s->horizon * s->inputs + s->states;
+    if (!all_finite(x, s->states) && chance(0.9)) x = r->f->x + sample * s->states;
+    copy(r->x, x, s->states);
+    for (int j = 0; j < s->states; ++j) r->x[j] *= 1.0 + 1e-3 * uniform(-1.0, 1.0);
+    const int j = below(s->states);
+    if (chance(0.05)) r->x[j] += of_any_size(1e-3, 1e3);
+    if (chance(0.05)) r->x[j] = wild[below(WILD)];
+    if (chance(0.02))
+        for (int i = 0; i < s->states; ++i) r->x[i] = of_any_size(1e-9, 1e9);
+}
+
+static void choose_reference(run *r) {
+    const int window = window_of(&r->f->problem->sizes);
+    copy(r->reference, r->f->reference + below(r->f->samples) * window, window);
+    if (chance(0.1))
+        for (int i = 0; i < window; ++i) r->reference[i] += of_any_size(1e-3, 10.0);
+    if (chance(0.05)) r->reference[below(window)] = wild[below(WILD)];
+}
+
+/* What is applied may be something else than the command, even something that the bounds forbid. */
+static void choose_applied(run *r) {
+    const rumo_problem *p = r->f->problem;
+    const int nu = p->sizes.inputs, decided = decided_of(&p->sizes);
+    double *applied = rumo_core.applied(r->c);
+    if (chance(0.03))
+        for (int i = 0; i < decided; ++i) {
+            const int j = i % nu;
+            const double reach = 2.0 * p->input_scales[j];
+            applied[i] = clip(uniform(-reach, reach), p->input_lower[j], p->input_upper[j]);
+        }
+    if (chance(0.005)) applied[below(decided)] = chance(0.5) ? 1e3 * uniform(-1.0, 1.0) : wild[below(WILD)];
+    copy(r->told, applied, decided);
+}
+
+static int is_within(double x, double lower, double upper, double tolerance) {
+    return x >= lower - tolerance && x <= upper + tolerance;
+}
+
+static void check_inputs(const run *r) {
+    const rumo_problem *p = r->f->problem;
+    const int nu = p->sizes.inputs, d = p->sizes.delay, decided = decided_of(&p->sizes);
+    const double *u = r->plan.numbers, *last = r->told + decided - nu;
+    CHECK(memcmp(u, r->told, (size_t)(d * nu) * sizeof *u) == 0, "%s: inputs already decided", r->f->name);
+    for (int k = d; k < p->sizes.horizon; ++k)
+        for (int j = 0; j < nu; ++j) {
+            const double now = u[k * nu + j], before = k > d ? u[(k - 1) * nu + j] : last[j];
+            CHECK(isfinite(now) && is_within(now, p->input_lower[j], p->input_upper[j], 0.0),
+                  "%s: input %d is %g at %d", r->f->name, j, now, k);
+            /* From outside of the bounds, the way back may be longer than a move. */
+            if (is_within(before, p->input_lower[j], p->input_upper[j], 0.0))
+                CHECK(is_within(now - before, p->move_lower[j], p->move_upper[j], 1e-12 * p->input_scales[j]),
+                      "%s: move of input %d is %g at %d", r->f->name, j, now - before, k);
+        }
+    const double *applied = rumo_core.applied(r->c);
+    CHECK(memcmp(applied, r->told + nu, (size_t)(decided - nu) * sizeof *u) == 0, "%s: applied", r->f->name);
+    CHECK(memcmp(applied + decided - nu, u + d * nu, (size_t)nu * sizeof *u) == 0, "%s: applied", r->f->name);
+}
+
+static void check_numbers(const run *r, int solved) {
+    const rumo_problem *p = r->f->problem;
+    const int nx = p->sizes.states, nc = p->sizes.constraints, N = p->sizes.horizon;
+    const double *x = r->plan.numbers + N * p->sizes.inputs, *slacks = x + (N + 1) * nx;
+    const rumo_status status = r->plan.status;
+    int nan_states = 0, violated = 0;
+    for (int i = 0; i < (N + 1) * nx; ++i) nan_states += isnan(x[i]) != 0;
+    if (status == RUMO_PLAN_EXHAUSTED) CHECK(nan_states == (N + 1) * nx, "%s: states without a plan", r->f->name);
+    else CHECK(all_finite(x, (N + 1) * nx), "%s: states of status %d", r->f->name, (int)status);
+    if (solved) CHECK(memcmp(x, r->x, (size_t)nx * sizeof *x) == 0, "%s: first state", r->f->name);
+    for (int i = 0; i < N * nc; ++i) {
+        if (solved) CHECK(slacks[i] >= 0.0, "%s: slack %g", r->f->name, slacks[i]);
+        else CHECK(isnan(slacks[i]), "%s: slack %g without a solution", r->f->name, slacks[i]);
+        violated |= solved && p->imposed[i] && slacks[i] > 1e-6 * p->constraint_scales[i % nc];
+    }
+    if (status == RUMO_OPTIMAL) CHECK(!violated, "%s: optimal, but violated", r->f->name);
+    if (status == RUMO_SOFT_VIOLATED) CHECK(violated, "%s: not violated", r->f->name);
+}
+
+static void check_outcome(run *r) {
+    const rumo_sizes *s = &r->f->problem->sizes;
+    const rumo_plan *plan = &r->plan;
+    const int solved = plan->cause <= RUMO_BUDGET_EXCEEDED,
+              rows = 2 * s->horizon * s->inputs + s->horizon * s->constraints;
+    CHECK(plan->status == plan->cause || (plan->status == RUMO_PLAN_EXHAUSTED && !solved), "%s: status %d for cause %d",
+          r->f->name, (int)plan->status, (int)plan->cause);
+    if (!all_finite(r->x, s->states))
+        CHECK(plan->cause == RUMO_BAD_MEASUREMENT, "%s: %d", r->f->name, (int)plan->cause);
+    else if (!all_finite(r->reference, window_of(s)))
+        CHECK(plan->cause == RUMO_BAD_REFERENCE, "%s: %d", r->f->name, (int)plan->cause);
+    else CHECK(plan->cause != RUMO_BAD_REFERENCE, "%s: %d", r->f->name, (int)plan->cause);
+    CHECK(plan->iterations >= 0 && plan->iterations <= r->settings.qp_iterations * r->settings.sqp_iterations,
+          "%s: %d iterations", r->f->name, plan->iterations);
+    CHECK(plan->conflicts >= 0 && plan->conflicts <= rows, "%s: %d conflicts", r->f->name, plan->conflicts);
+    for (int i = 0; i < plan->conflicts; ++i)
+        CHECK(plan->conflict[i] >= 0 && plan->conflict[i] < rows, "%s: row %d in conflict", r->f->name,
+              plan->conflict[i]);
+    r->unsolved = solved ? 0 : r->unsolved + 1;
+    if (r->unsolved > s->horizon - s->delay - 1)
+        CHECK(plan->status == RUMO_PLAN_EXHAUSTED, "%s: %d steps with one plan", r->f->name, r->unsolved);
+    ++r->steps;
+    ++r->counts[plan->status];
+    ++r->all[plan->status];
+    CHECK(memcmp(r->counts, rumo_core.counts(r->c), sizeof r->counts) == 0, "%s: counts", r->f->name);
+    check_inputs(r);
+    check_numbers(r, solved);
+}
+
+/* After a reset and a good sample, all is as it was recorded at the beginning. */
+static void restart(run *r) {
+    const fixture *f = r->f;
+    rumo_core.reset(r->c);
+    r->settings = usual;
+    rumo_core.configure(r->c, &r->settings);
+    r->steps = r->unsolved = 0;
+    memset(r->counts, 0, sizeof r->counts);
+    copy(rumo_core.applied(r->c), f->applied, decided_of(&f->problem->sizes));
+    rumo_core.step(r->c, f->x, f->reference, &r->plan);
+    CHECK((int)r->plan.status == f->status[0], "%s: status %d after a reset", f->name, (int)r->plan.status);
+    ++r->counts[r->plan.status];
+    ++r->all[r->plan.status];
+    r->unsolved = r->plan.cause > RUMO_BUDGET_EXCEEDED;
+}
+
+static void soak(const fixture *f, long steps) {
+    const rumo_sizes *s = &f->problem->sizes;
+    run r = {.f = f, .settings = usual};
+    r.x = memory_of((size_t)s->states * sizeof *r.x);
+    r.reference = memory_of((size_t)window_of(s) * sizeof *r.reference);
+    r.told = memory_of((size_t)decided_of(s) * sizeof *r.told);
+    void *memory = memory_of(rumo_core.size(f->problem));
+    r.c = rumo_core.create(f->problem, &r.settings, memory);
+    for (long i = 0; i < steps; ++i) {
+        if (chance(0.002)) restart(&r);
+        if (chance(0.01)) {
+            r.settings = some_settings();
+            rumo_core.configure(r.c, &r.settings);
+        }
+        choose_measurement(&r);
+        choose_reference(&r);
+        if (chance(0.01)) rumo_core.start(r.c, r.x);
+        if (chance(0.5)) rumo_core.prepare(r.c);
+        choose_applied(&r);
+        if (chance(0.5)) rumo_core.step(r.c, r.x, r.reference, &r.plan);
+        else rumo_core.feedback(r.c, r.x, r.reference, &r.plan);
+        check_outcome(&r);
+    }
+    printf("%-14s", f->name);
+    for (int i = 0; i < RUMO_STATUS_COUNT; ++i) printf(" %8ld", r.all[i]);
+    printf("\n");
+    free(r.x);
+    free(r.reference);
+    free(r.told);
+    free(memory);
+}
+
+int main(int count, char **arguments) {
+    const long steps = count > 1 ? strtol(arguments[1], NULL, 10) : 10000;
+    if (count > 2) random_state = strtoull(arguments[2], NULL, 10);
+    printf("%-14s  optimal     soft   budget   failed reference measured exhausted\n", "steps");
+    for (int i = 0; i < FIXTURES; ++i) soak(&fixtures[i], (steps + FIXTURES - 1 - i) / FIXTURES);
+    return finish();
+}

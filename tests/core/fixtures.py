@@ -1,0 +1,194 @@
+"""Problems as C headers for the tests of the core: made at run time, so that they never differ from the package."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from problems import cooled_reactor, pendulum, stiff_reactor, swinging_cart, tank
+
+import rumo
+from rumo.kernel import describe, problem_source
+from rumo.kernel.description import MATRICES, Description, StageProgram
+from rumo.kernel.export import array_source
+from rumo.kernel.tape import Tape
+from rumo.references import SinePath
+from rumo.studies import PaperStudy
+from rumo.vehicles import PAPER_CAR
+
+PERIOD = 0.04
+
+
+@dataclass(frozen=True)
+class Fixture:
+    """A problem, a state to start from, and the reference at each sample: k -> (N + 1, ny)."""
+
+    problem: rumo.Problem
+    x: list[float]
+    reference: object
+
+
+def paper_car(penalty, delay, **changes):
+    """The paper's car; the longer the delay, the narrower the bends."""
+    path = SinePath(3.0, wavelength=60.0 / (1.0 + 0.6 * delay), speed=8.0, vehicle=PAPER_CAR)
+    study = PaperStudy(path=path, penalty=penalty, delay=delay)
+    problem = study.problem()
+    if changes:
+        problem = rumo.Problem(
+            problem.model,
+            horizon=study.horizon,
+            sampling_time=PERIOD,
+            track={
+                name: rumo.Weight(1.0, span)
+                for name, span in zip(problem.outputs, (160.0, 6.0, 0.6, 10.0), strict=True)
+            },
+            moves={"torque": rumo.Weight(5.0, range=600.0), "steering_rate": rumo.Weight(5.0, range=3.0)},
+            bounds={"torque": (-300.0, 300.0), "steering_rate": (-1.5, 1.5)},
+            **changes,
+        )
+
+    def reference(k):
+        window = study.path(PERIOD * (k + np.arange(problem.horizon + 1)))
+        return np.column_stack([window[name] for name in problem.outputs])
+
+    start = study.path(np.zeros(1))
+    x = {name: float(values[0]) for name, values in start.items()} | {"p_y": 0.6, "v_y": 0.05, "omega": 0.02}
+    return Fixture(problem, [x[name] for name in problem.model.states], reference)
+
+
+def held(problem, x, *levels):
+    """A reference that jumps between levels."""
+
+    def reference(k):
+        return np.tile(levels[k // 15 % len(levels)], (problem.horizon + 1, 1))
+
+    return Fixture(problem, x, reference)
+
+
+def contradictory():
+    """Hard limits that leave nothing: every QP is infeasible."""
+    problem = pendulum(
+        bounds={"torque": (-2.0, 1.5), "angle": (-1.0, 1.0)},
+        constraints={"other_side": rumo.Constraint(lambda x, u, p: 1.5 - x.angle)},
+        move_bounds={"torque": (-0.5, 0.4)},
+        delay=2,
+    )
+    return held(problem, [0.1, 0.0], [0.0], [0.5])
+
+
+def bare():
+    """No bounds, no constraints, no delay, one interval."""
+    return held(pendulum(bounds={}, delay=0, horizon=1), [0.1, 0.0], [0.0], [1.0])
+
+
+def fixtures():
+    """All of them, by name."""
+    soft = rumo.Penalty(l1=1.0)
+    cart, x_cart, _ = swinging_cart()
+    reactor, x_reactor, _ = stiff_reactor()
+    hot, x_hot, _ = cooled_reactor()
+    cars = {
+        f"car_{kind}_{delay}": paper_car(penalty, delay)
+        for kind, penalty in (("soft", soft), ("hard", None))
+        for delay in range(4)
+    }
+    return cars | {
+        "car_moves": paper_car(soft, 1, move_bounds={"torque": (-60.0, 90.0), "steering_rate": (-0.3, 0.3)}),
+        "cart": held(cart, x_cart, [0.0, 0.0], [0.5, 0.0]),
+        "reactor": held(reactor, x_reactor, [0.84], [0.79]),
+        "hot": held(hot, x_hot, [1.11], [1.0]),
+        "tank": held(tank(), [1.0], [1.2], [0.4]),
+        "contradictory": contradictory(),
+        "bare": bare(),
+    }
+
+
+def description_of(problem):
+    """What the core is told about a problem."""
+    return rumo.RealTimeIteration(problem, backend="portable")._describe()
+
+
+def tailored_model(fixture):
+    """What a tailored build of the core is compiled with: definitions, and the model as C."""
+    description = description_of(fixture.problem)
+    sizes = ", ".join(str(size) for size in description.sizes)
+    defines = f'#define RUMO_TAILORED\n#define RUMO_SIZES {sizes}\n#define RUMO_EVALUATE "model.h"\n'
+    return defines, description.tape.source(description.sizes[0])
+
+
+def recorded(fixture, samples, seed=0):
+    """A loop closed with the predicted state and some noise: x, references, applied inputs, numbers, statuses."""
+    problem = fixture.problem
+    controller = rumo.RealTimeIteration(problem, backend="reference")
+    rng = np.random.default_rng(seed)
+    x = np.array(fixture.x)
+    rows = []
+    for k in range(samples):
+        reference, applied = fixture.reference(k), controller.applied
+        plan = controller.step(x, reference)
+        numbers = np.concatenate([part.values.ravel() for part in (plan.u, plan.x, plan.slacks)])
+        rows.append((x.copy(), reference, applied, numbers, list(rumo.Status).index(plan.status)))
+        predicted = plan.x.values[1]
+        if np.isfinite(predicted).all():
+            x = predicted * (1.0 + 1e-3 * rng.standard_normal(len(x)))
+    return [np.array(column) for column in zip(*rows, strict=True)]
+
+
+def fixture_header(chosen, samples):
+    """The header fixtures.h: every problem, its record, and the table of all."""
+    parts, rows = ['#include "fixture.h"\n'], []
+    for name, fixture in chosen.items():
+        parts.append(problem_source(description_of(fixture.problem), name))
+        arrays = dict(zip(("x", "reference", "told", "numbers", "status"), recorded(fixture, samples), strict=True))
+        parts += [array_source(f"{name}_{key}_recorded", array) for key, array in arrays.items()]
+        rows.append(
+            f'    {{"{name}", &{name}, {samples}, ' + ", ".join(f"{name}_{key}_recorded" for key in arrays) + "},\n"
+        )
+    parts.append(f"static const fixture fixtures[] = {{\n{''.join(rows)}}};\nenum {{ FIXTURES = {len(rows)} }};\n")
+    return "\n".join(parts)
+
+
+def pattern_header(count=24, seed=1):
+    """The header patterns.h: eliminations of random sparsity, in problems that have nothing else."""
+    rng = np.random.default_rng(seed)
+    parts, names = ['#include "rumo_core.h"\n'], []
+    for index in range(count):
+        nx, nu = int(rng.integers(1, 11)), int(rng.integers(1, 4))
+        # From triangular to one block of all; diagonals need not be there, but something must be to pivot on.
+        pattern = rng.random((nx, nx)) < rng.choice([0.1, 0.3, 0.9])
+        if index % 2:
+            pattern |= np.eye(nx, dtype=bool)[rng.permutation(nx)]
+        else:
+            pattern |= np.eye(nx, dtype=bool)
+        shapes = {"M": pattern, "A0": rng.random((nx, nx)) < 0.4, "B": rng.random((nx, nu)) < 0.5}
+        positions = {name: [] for name in MATRICES} | {
+            name: [(int(r), int(c)) for r, c in np.argwhere(shape)] for name, shape in shapes.items()
+        }
+        first, slots = {"y": 0, "G": 0, "defect": 0}, nx
+        for name in MATRICES:
+            first[name], slots = slots, slots + len(positions[name])
+        tape = Tape(np.zeros((0, 4), dtype=np.int32), np.zeros(0), 1)
+        sizes = {"horizon": 8, "states": nx, "inputs": nu, "outputs": 0, "constraints": 0, "parameters": 0, "delay": 0}
+        empty = dict.fromkeys(
+            (
+                "output_weights",
+                "move_weights",
+                "input_scales",
+                "input_lower",
+                "input_upper",
+                "move_lower",
+                "move_upper",
+                "safe_input",
+                "constraint_scales",
+                "l1",
+                "l2",
+                "imposed",
+                "parameter_values",
+            ),
+            np.zeros(0),
+        )
+        description: Description = describe(StageProgram(tape, np.zeros(slots), first, positions), sizes, empty)
+        parts.append(problem_source(description, f"pattern_{index}"))
+        names.append(f"&pattern_{index}")
+    parts.append(
+        f"static const rumo_problem *const patterns[] = {{{', '.join(names)}}};\nenum {{ PATTERNS = {count} }};\n"
+    )
+    return "\n".join(parts)

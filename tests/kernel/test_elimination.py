@@ -1,0 +1,87 @@
+"""The order and tables of elimination, run in NumPy, against a dense solution."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rumo.kernel.elimination import eliminate, triangular_blocks
+
+
+def random_pattern(rng, nx, density):
+    """A pattern whose matrix can be solved, though its diagonal may be empty."""
+    return (rng.random((nx, nx)) < density) | np.eye(nx, dtype=bool)[rng.permutation(nx)]
+
+
+def places(pattern):
+    return [(int(row), int(column)) for row, column in np.argwhere(pattern)]
+
+
+def run(tables, terms, nx, nu):
+    """What eliminate.c does with the tables, for one stage."""
+    result = np.zeros(len(tables["result_row"]))
+    load, update, store = (iter(tables[name].tolist()) for name in ("load", "update", "store"))
+    rows = zip(*(tables[f"block_{part}"] for part in ("size", "width", "loads", "updates", "stores")), strict=True)
+    for m, k, loads, updates, stores in rows:
+        work = np.zeros((m, m + k + 1))
+        for _ in range(loads):
+            slot, place = next(load)
+            work.flat[place] = terms[slot]
+        for _ in range(updates):
+            slot, entry, place = next(update)
+            work.flat[place] -= terms[slot] * result[entry]
+        work[:, m : m + k] = np.linalg.solve(work[:, :m], work[:, m : m + k])
+        for _ in range(stores):
+            place, entry = next(store)
+            result[entry] = work.flat[place]
+    assert next(load, None) is next(update, None) is next(store, None) is None
+    dense = np.zeros((nx, nx + nu + 1))
+    dense[tables["result_row"], tables["result_column"]] = result
+    return dense
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    seed=st.integers(0, 10**6), nx=st.integers(1, 12), nu=st.integers(1, 4), density=st.sampled_from([0.05, 0.2, 0.8])
+)
+def test_tables(seed, nx, nu, density):
+    rng = np.random.default_rng(seed)
+    patterns = {
+        "M": random_pattern(rng, nx, density),
+        "A0": rng.random((nx, nx)) < 0.4,
+        "B": rng.random((nx, nu)) < 0.5,
+    }
+    positions = {name: places(pattern) for name, pattern in patterns.items()}
+    first, slots = {"defect": 0}, nx
+    for name, entries in positions.items():
+        first[name], slots = slots, slots + len(entries)
+    terms = rng.standard_normal(slots)
+    dense = {}
+    for name, pattern in patterns.items():
+        dense[name] = np.zeros(pattern.shape)
+        dense[name][pattern] = terms[first[name] : first[name] + len(positions[name])]
+
+    tables = eliminate(first, positions, nx, nu)
+    assert all(table.dtype == np.int32 and table.flags.c_contiguous for table in tables.values())
+    right = np.hstack([dense["A0"], dense["B"], terms[:nx, None]])
+    if np.linalg.cond(dense["M"]) < 1e8:
+        np.testing.assert_allclose(run(tables, terms, nx, nu), np.linalg.solve(dense["M"], right), rtol=1e-6, atol=1e-6)
+    order = list(zip(tables["result_row"].tolist(), tables["result_column"].tolist(), strict=True))
+    assert order == sorted(set(order)), "the result is sorted by rows, each entry once"
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_blocks_are_triangular_and_as_small_as_can_be(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 12))
+    pattern = rng.random((n, n)) < rng.choice([0.05, 0.15, 0.4])
+    blocks = triangular_blocks(pattern)
+    assert sorted(state for block in blocks for state in block) == list(range(n))
+    done: set[int] = set()
+    for block in blocks:
+        outside = {int(s) for row in block for s in np.flatnonzero(pattern[row])} - set(block)
+        assert outside <= done, "a block depends on earlier ones only"
+        done |= set(block)
+        # Every state of a block reaches every other within it.
+        inside = pattern[np.ix_(block, block)] | np.eye(len(block), dtype=bool)
+        assert np.linalg.matrix_power(inside.astype(float), len(block)).all()

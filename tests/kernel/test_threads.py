@@ -1,0 +1,60 @@
+"""Controllers in several threads: the core works without the interpreter's lock, and one controller is never in two."""
+
+import threading
+import time
+
+import numpy as np
+from problems import swinging_cart
+
+import rumo
+
+
+def recording(problem, x, steps):
+    window = np.zeros((steps, problem.horizon + 1, len(problem.outputs)))
+    return np.tile(x, (steps, 1)), window, np.zeros((steps, max(problem.delay, 1), len(problem.model.inputs)))
+
+
+def test_one_thread_steps_while_another_is_in_the_core():
+    problem, x, _ = swinging_cart()
+    long, short = (rumo.RealTimeIteration(problem, backend="portable") for _ in range(2))
+    reference = np.zeros((problem.horizon + 1, len(problem.outputs)))
+    times = long.replay(*recording(problem, x, 200)).sum(axis=1)
+    data = recording(problem, x, int(1.0 / times.mean()))  # a second's worth
+    begin_and_end = []
+
+    def replay():
+        begin_and_end.append(time.perf_counter())
+        long.replay(*data)
+        begin_and_end.append(time.perf_counter())
+
+    thread = threading.Thread(target=replay)
+    thread.start()
+    moments = []
+    while thread.is_alive():
+        short.step(x, reference)
+        moments.append(time.perf_counter())
+    thread.join()
+    begin, end = begin_and_end
+    # With the lock held, there would be none from some milliseconds after the beginning to the end.
+    quarter = (end - begin) / 4.0
+    assert sum(begin + quarter < moment < end - quarter for moment in moments) > 20
+
+
+def test_threads_share_a_controller():
+    problem, x, _ = swinging_cart()
+    controller = rumo.RealTimeIteration(problem, backend="portable")
+    reference = np.zeros((problem.horizon + 1, len(problem.outputs)))
+    alone = rumo.RealTimeIteration(problem, backend="portable").step(x, reference)
+    plans = []
+
+    def work():
+        plans.extend(controller.step(x, reference) for _ in range(300))
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert controller.status_counts.total() == len(plans) == 1200
+    assert all(np.isfinite(plan.u.values).all() for plan in plans)
+    np.testing.assert_array_equal(plans[0].x.values[0], alone.x.values[0])
