@@ -169,8 +169,8 @@ typedef struct rumo_qp_result {
     rumo_status status;
     int iterations;
     int conflicts;
-    double seconds;        /* of the solution alone, */
-    double factor_seconds; /* and of the factor of the Hessian */
+    double seconds;        /* of the solution, from the working set on, */
+    double factor_seconds; /* and of taking over the data and factoring the Hessian */
 } rumo_qp_result;
 
 /* Everything the core offers; a tailored build exports one such table of its own. */
