@@ -47,6 +47,7 @@ static double seconds_now(void) {
 #include "eliminate.c"
 #include "condense.c"
 #include "working_set.c"
+#include "refinement.c"
 #include "qp.c"
 #include "policy.c"
 #include "set_up.c"

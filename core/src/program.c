@@ -103,6 +103,7 @@ static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_setting
     }
     if (!sane(data)) return result;
     qp *q = &p->q;
+    double start = seconds_now();
     take_over(p, data, warm);
     const qp_limits limits = {settings->qp_iterations, settings->qp_tolerance, settings->qp_seconds};
     const int impossible = crossed(q, limits.tolerance);
@@ -111,7 +112,6 @@ static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_setting
         *conflict = impossible;
         return result;
     }
-    double start = seconds_now();
     const int definite = factorize(n, q->ld, p->hessian, p->factor, p->inverse, p->transpose);
     result.factor_seconds = seconds_now() - start;
     if (!definite) return result;

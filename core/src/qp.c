@@ -11,34 +11,17 @@
 #define DOUBTFUL 1e-6
 /* Rows that cannot hold together within this distance from the origin are infeasible. */
 #define REMOTE 1e6
+/* After so many iterations L D L' is computed anew, and whether the multipliers prove infeasibility. */
+#define MANY_UPDATES 50
 
 typedef struct qp_limits {
     int iterations;
     double tolerance, seconds;
 } qp_limits;
 
-/* Values of all rows at v. */
-static void update_values(qp *q) {
-    const double *restrict v = q->v;
-    double *restrict value = q->value;
-    copy(value, v, q->n);
-    if (q->band) {
-        for (int j = 0; j < q->band; ++j) value[q->n + j] = v[j];
-        for (int j = q->band; j < q->n; ++j) value[q->n + j] = v[j] - v[j - q->band];
-    }
-    for (int r = q->dense; r < q->rows; ++r)
-        value[r] = dot(q->matrix + (ptrdiff_t)(r - q->dense) * q->ld, v, q->extent[r - q->dense]);
-}
-
-static void update_solution(qp *q) {
-    zero(q->v, q->ld);
-    add_solution(q, q->w, q->v);
-    update_values(q);
-}
-
 /* The row that is farthest beyond its limits (the first such row if `first`) and how far, or -1. */
-static int most_violated(const qp *q, double tolerance, int first, double *violated_by) {
-    double worst = tolerance;
+static int most_violated(const qp *q, int first, double *violated_by) {
+    double worst = q->tolerance;
     int found = -1;
     for (int i = 0; i < q->rows; i += LANES) {
         double violation[LANES], largest = 0.0;
@@ -65,16 +48,20 @@ typedef struct dual_step {
     int blocking, at_l1;
 } dual_step;
 
-static dual_step longest_step(const qp *q, const double *direction, double sign, int members, double length, int first) {
+static dual_step longest_step(const qp *q, const double *direction, double sign, int members, double length,
+                              int first) {
     dual_step step = {length, -1, 0};
-    double largest = 0.0, scale = 0.0;
+    double largest = 0.0, fastest = 0.0, greatest = 0.0;
     /* Multipliers compare as those of rows of norm 1. */
-    for (int i = 0; i < members; ++i) scale = fmax(scale, fabs(direction[i]) / q->weight[q->member[i]]);
+    for (int i = 0; i < members; ++i) {
+        fastest = larger(fastest, fabs(direction[i]) * q->norm[q->member[i]]);
+        greatest = larger(greatest, fabs(q->mu[i]) * q->norm[q->member[i]]);
+    }
     for (int i = 0; i < members; ++i) {
         const int row = q->member[i];
-        const double p = sign * direction[i], size = fabs(p) / q->weight[row], l1 = q->l1[row];
+        const double p = sign * direction[i], size = fabs(p) * q->norm[row], l1 = q->l1[row];
         const row_state state = (row_state)q->state[row];
-        if (!(size > 1e-13 * scale)) continue;
+        if (!(size > 1e-13 * fastest)) continue;
         double limit;
         int at_l1 = 0;
         if (state == AT_LOWER) {
@@ -91,6 +78,7 @@ static dual_step longest_step(const qp *q, const double *direction, double sign,
         }
         double reached = (limit - q->mu[i]) / p;
         if (reached < 0.0) reached = 0.0;
+        if ((length - reached) * size <= 1e-13 * greatest) continue; /* beyond its end, but by rounding */
         if (!(reached < length) || reached > step.length) continue;
         /* Among ties, the largest entry is the safest to take out. */
         const int tie = step.blocking >= 0 && reached == step.length;
@@ -139,34 +127,50 @@ static inline double dual_slope(const qp *q, int position) {
 /* Minimise over the working set by moving the multipliers; 1 once there, 0 if one of them stopped it. */
 static int follow_members(qp *q, int first, double *gain) {
     double *restrict slope = q->trial, *restrict direction = q->direction;
-    for (int i = 0; i < q->count; ++i) slope[i] = direction[i] = dual_slope(q, i);
-    solve_members(q, q->count, direction);
+    const int settled = q->delicate ? 0 : q->settled;
+    zero(direction, settled);
+    for (int i = settled; i < q->count; ++i) slope[i] = direction[i] = dual_slope(q, i);
+    solve_members(q, settled, q->count, direction);
     const dual_step step = longest_step(q, direction, 1.0, q->count, 1.0, first);
     double rise = 0.0;
-    for (int i = 0; i < q->count; ++i) rise += slope[i] * direction[i];
+    for (int i = settled; i < q->count; ++i) rise += slope[i] * direction[i];
     *gain = step.length * (1.0 - 0.5 * step.length) * rise;
     move_multipliers(q, direction, q->count, step.length);
-    if (step.blocking < 0) return 1;
+    if (step.blocking < 0) {
+        q->settled = q->count;
+        return 1;
+    }
     leave(q, step.blocking, step.at_l1);
     return 0;
 }
 
-/* Whether rows cannot hold together: a combination p of them is next to zero, that of their limits is not. */
-RARE static int contradict(const qp *q, const double *restrict p, double slope, double tolerance) {
+/* Whether the hard rows among members cannot hold together: their combination p, which has the signs of multipliers, is
+ * next to zero, and that of their limits is not. They are noted. */
+RARE static int contradict(qp *q, const double *restrict p) {
     double *restrict sum = q->shift;
-    double room = 0.0;
+    double size = 0.0, violation = 0.0, room = 0.0;
     zero(sum, q->ld);
-    for (int i = 0; i <= q->count; ++i) {
-        add_row(q, q->member[i], p[i], sum);
-        room += tolerance * fabs(p[i]) / q->weight[q->member[i]];
+    q->conflicts = 0;
+    const int members = q->count + q->pending;
+    for (int i = 0; i < members; ++i) size = larger(size, fabs(p[i]) * q->norm[q->member[i]]);
+    for (int i = 0; i < members; ++i) {
+        const int row = q->member[i], lower = q->state[row] == AT_LOWER;
+        const double part = fabs(p[i]) * q->norm[row];
+        if (!(part > 1e-9 * size) || (!lower && isfinite(q->l1[row]))) continue;
+        q->conflict[q->conflicts++] = row;
+        add_row(q, row, p[i], sum);
+        violation -= p[i] * (lower ? q->lower[row] : q->upper[row]);
+        room += q->tolerance * part;
     }
     for (int j = 0; j < q->n; ++j) room += REMOTE * fabs(sum[j]);
-    return slope > room;
+    if (violation > room) return 1;
+    q->conflicts = 0;
+    return 0;
 }
 
 /* The waiting row depends on the members, as careful_pivot has found: move the multipliers along the ray that leaves
  * stationarity as it is, until one of them stops it. 0 if none does: then the rows of the ray cannot hold together. */
-static int follow_ray(qp *q, double tolerance, int first, double *gain) {
+static int follow_ray(qp *q, int first, double *gain) {
     double *restrict p = q->trial;
     const int members = q->count + 1;
     for (int i = 0; i < q->count; ++i) p[i] = -p[i];
@@ -174,16 +178,18 @@ static int follow_ray(qp *q, double tolerance, int first, double *gain) {
     double slope = 0.0, size = 0.0;
     for (int i = 0; i < members; ++i) {
         slope += p[i] * dual_slope(q, i);
-        size = fmax(size, fabs(p[i]) / q->weight[q->member[i]]);
+        size = larger(size, fabs(p[i]) * q->norm[q->member[i]]);
     }
     double sign = slope < 0.0 ? -1.0 : 1.0;
     dual_step step = longest_step(q, p, sign, members, INFINITY, first);
-    const int neutral = fabs(slope) <= tolerance * size;
+    const int neutral = fabs(slope) <= q->tolerance * size;
     if (neutral) {
-        /* Rounding chose the sign: the rows hold together, and one of them can leave. */
+        /* Rounding chose the sign: the rows hold together, and one of them can leave, on the other side if nothing
+         * would come of it here. */
         const dual_step back = longest_step(q, p, -sign, members, INFINITY, first);
-        const int longer = back.length > step.length || (back.length == step.length && step.at_l1);
-        if (step.blocking < 0 || (back.blocking >= 0 && longer)) {
+        const int idle = step.length == 0.0 && (step.at_l1 || step.blocking == q->count);
+        const int idle_back = back.length == 0.0 && (back.at_l1 || back.blocking == q->count);
+        if (back.blocking >= 0 && (idle || (back.length < step.length && !idle_back))) {
             step = back;
             sign = -sign;
         }
@@ -191,21 +197,16 @@ static int follow_ray(qp *q, double tolerance, int first, double *gain) {
     for (int i = 0; i < members; ++i) p[i] *= sign;
     *gain = 0.0;
     /* A row that is only almost dependent may find its own minimum before anything stops it, and joins. */
-    const int full = q->count == q->capacity - 1, joins = !full && !neutral && step.length * q->D[q->count] > fabs(slope);
+    const int full = q->count == q->capacity - 1;
+    const int joins = !full && !neutral && step.length * q->D[q->count] > fabs(slope);
     if (step.blocking >= 0 && !joins) {
         *gain = step.length * sign * slope;
         move_multipliers(q, p, members, step.length);
         leave(q, step.blocking, step.at_l1);
         return 1;
     }
-    if (contradict(q, p, fabs(slope), tolerance)) {
-        q->conflicts = 0;
-        for (int i = 0; i < members; ++i)
-            if (fabs(p[i]) / q->weight[q->member[i]] > 1e-9 * size) q->conflict[q->conflicts++] = q->member[i];
-        return 0;
-    }
-    if (full) return 0;
-    q->D[q->count] = fmax(q->D[q->count], 1e-300);
+    if (contradict(q, p) || full) return 0;
+    q->D[q->count] = larger(q->D[q->count], 1e-300);
     ++q->count;
     q->pending = 0;
     return 1;
@@ -219,87 +220,7 @@ static void enter(qp *q, int row) {
     else stage_row(q, row, AT_LOWER, 0.0);
 }
 
-/* residual = gradient of the Lagrangian; returns its size relative to that of its parts. */
-static double stationarity(const qp *q, const double *restrict gradient, double *restrict residual) {
-    double size = 1e-300, largest = 0.0;
-    zero(residual, q->ld);
-    for (int i = 0; i < q->n; ++i) {
-        const double *restrict row = q->hessian + (ptrdiff_t)i * q->ld;
-        const int start = padded(i + 1);
-        double s = 0.0;
-        for (int j = i; j < start && j < q->n; ++j) s += row[j] * q->v[j];
-        s += dot(row + start, q->v + start, q->ld - start);
-        for (int j = i + 1; j < start && j < q->n; ++j) residual[j] += row[j] * q->v[i];
-        axpy(residual + start, q->v[i], row + start, q->ld - start);
-        residual[i] += s;
-    }
-    for (int i = 0; i < q->n; ++i) size = fmax(size, fmax(fabs(residual[i]), fabs(gradient[i])));
-    for (int i = 0; i < q->n; ++i) residual[i] += gradient[i];
-    add_saturated(q, residual);
-    for (int i = 0; i < q->count; ++i) add_row(q, q->member[i], q->mu[i], residual);
-    for (int i = 0; i < q->n; ++i) largest = fmax(largest, fabs(residual[i]) / size);
-    return largest;
-}
-
-/* One Newton step on the optimality conditions of the working set; the largest residual found, relative. */
-static double refine(qp *q, const double *restrict gradient) {
-    double *restrict residual = q->residual, *restrict off = q->trial, *restrict step = q->shift;
-    double largest = stationarity(q, gradient, residual);
-    for (int i = 0; i < q->count; ++i) {
-        const int row = q->member[i];
-        off[i] = deviation(q, i, q->value[row]);
-        /* A row that gives way easily may as well be off by its price. */
-        const double price = compliance(q, row) > 0.0 ? fabs(off[i]) / (compliance(q, row) * fabs(q->mu[i])) : INFINITY;
-        largest = fmax(largest, fmin(fabs(off[i]) * q->weight[row], price));
-    }
-    if (!(largest > 1e-12) || !isfinite(largest)) return largest;
-
-    /* [H A'; A -E] (dv, dmu) = -(residual, off), in the coordinates of w */
-    zero(step, q->ld);
-    for (int i = 0; i < q->n; ++i) residual[i] = -residual[i];
-    add_transformed(q, residual, q->n, step);
-    for (int i = 0; i < q->count; ++i) off[i] += dot(moved(q, i), step, q->ld);
-    solve_members(q, q->count, off);
-    for (int i = 0; i < q->count; ++i) {
-        axpy(step, -off[i], moved(q, i), q->ld);
-        q->mu[i] += off[i];
-    }
-    axpy(q->w, 1.0, step, q->ld);
-    add_solution(q, step, q->v);
-    update_values(q);
-    return largest;
-}
-
-/* Refine until there is nothing left to gain. */
-static double polish(qp *q, const double *restrict gradient) {
-    double residual = refine(q, gradient);
-    for (int i = 0; i < 20 && residual > 1e-12; ++i) {
-        const double before = residual;
-        residual = refine(q, gradient);
-        if (!(residual < 0.9 * before)) break;
-    }
-    return residual;
-}
-
-/* The member whose multiplier refinement has carried farthest out of its range, or -1. */
-static int astray(const qp *q, int *at_l1) {
-    double worst = 0.0, scale = 0.0;
-    int found = -1;
-    for (int i = 0; i < q->count; ++i) scale = fmax(scale, fabs(q->mu[i]) / q->weight[q->member[i]]);
-    for (int i = 0; i < q->count; ++i) {
-        const int row = q->member[i], state = q->state[row];
-        const double below = state == AT_UPPER ? -q->mu[i] : state == GIVING ? q->l1[row] - q->mu[i] : -INFINITY;
-        const double above = state == AT_UPPER ? q->mu[i] - q->l1[row] : state == AT_LOWER ? q->mu[i] : -INFINITY;
-        const double excess = fmax(below, above) / q->weight[row];
-        if (!(excess > fmax(worst, 1e-9 * scale))) continue;
-        worst = excess;
-        found = i;
-        *at_l1 = state == GIVING || (state == AT_UPPER && above > below);
-    }
-    return found;
-}
-
-/* w for the present multipliers. */
+/* w for the saturated rows alone. */
 static void start_minimiser(qp *q, const double *restrict gradient) {
     double *restrict total = q->residual;
     zero(q->w, q->ld);
@@ -307,61 +228,96 @@ static void start_minimiser(qp *q, const double *restrict gradient) {
     add_saturated(q, total);
     for (int i = 0; i < q->n; ++i) total[i] = -total[i];
     add_transformed(q, total, q->n, q->w);
+}
+
+/* w for the multipliers that were kept. If those of a wild program lead far off, there is no way back: start afresh. */
+static void start_warm(qp *q, const double *restrict gradient) {
+    start_minimiser(q, gradient);
+    if (!q->count) return;
+    double expected = dot(q->w, q->w, q->ld);
+    for (int i = 0; i < q->n; ++i) expected += q->hessian[(ptrdiff_t)i * q->ld + i];
     for (int i = 0; i < q->count; ++i) axpy(q->w, -q->mu[i], moved(q, i), q->ld);
+    if (dot(q->w, q->w, q->ld) <= REMOTE * REMOTE * expected) return;
+    clear_members(q);
+    watch_members(q);
+    start_minimiser(q, gradient);
+}
+
+/* What keeps the minimiser over the working set from being the solution: a row beyond its limits, or a member whose
+ * multiplier is out of its range; -1 for none. */
+typedef struct fault {
+    int row, member, at_l1;
+} fault;
+
+static fault find_fault(qp *q, const double *restrict gradient, int first, double *residual) {
+    fault found = {-1, -1, 0};
+    double worst;
+    found.row = most_violated(q, first, &worst);
+    if (worst >= DOUBTFUL) return found;
+    *residual = polish(q, gradient);
+    found.row = most_violated(q, first, &worst);
+    if (found.row < 0) found.member = astray(q, &found.at_l1);
+    return found;
+}
+
+static void mend(qp *q, const fault *found) {
+    if (found->row >= 0) enter(q, found->row);
+    if (found->member < 0) return;
+    q->settled = 0;
+    leave(q, found->member, found->at_l1);
+}
+
+/* No solution: multipliers that have gone far off are no start for another. */
+RARE static rumo_status give_up(qp *q) {
+    clear_members(q);
+    return RUMO_SOLVER_FAILED;
 }
 
 /* Solve from the present working set, whose multipliers are within their ranges. The minimiser is in q->v; where the
  * budget ends early, it is the one of the last working set. */
 static rumo_status solve_qp(qp *q, const double *restrict gradient, const qp_limits *limits) {
     const double end = isfinite(limits->seconds) ? seconds_now() + limits->seconds : INFINITY;
-    int stalled = 0, renewed = 0;
-    double gained = 0.0, residual = INFINITY;
+    int stalled = 0, fresh = 0;
+    double gained = 0.0, residual = 0.0;
+    q->tolerance = limits->tolerance;
     q->iterations = q->conflicts = 0;
-    start_minimiser(q, gradient);
+    start_warm(q, gradient);
     for (;;) {
         const int first = stalled > 2 * q->count + 20; /* lowest index first: no cycles */
-        double gain = 0.0, worst;
-        int row = -1, gone = -1, at_l1 = 0;
+        double gain = 0.0;
+        fault found = {-1, -1, 0};
         if (q->pending) {
             if (extend(q, q->count)) {
                 ++q->count;
                 q->pending = 0;
                 continue;
             }
-            if (!follow_ray(q, limits->tolerance, first, &gain)) {
-                clear_members(q); /* their multipliers have gone far off in vain */
-                return RUMO_SOLVER_FAILED;
-            }
-        } else if (follow_members(q, first, &gain)) {
+            if (!follow_ray(q, first, &gain)) return give_up(q);
+        } else if (follow_members(q, first, &gain) && (!q->delicate || follow_members(q, first, &gain))) {
             update_solution(q);
-            if (!all_finite(q->v, q->ld)) {
-                clear_members(q); /* nothing here is worth a warm start */
-                return RUMO_SOLVER_FAILED;
+            if (!all_finite(q->v, q->ld)) return give_up(q);
+            found = find_fault(q, gradient, first, &residual);
+            if (residual > FINE && !fresh) { /* updates of L D L' have cost too many digits */
+                refactor(q, 0);
+                fresh = 1;
+                continue;
             }
-            row = most_violated(q, limits->tolerance, first, &worst);
-            if (worst < DOUBTFUL) {
-                residual = polish(q, gradient);
-                if (residual > 1e-12 && !renewed) { /* updates of L D L' have cost too many digits */
-                    refactor(q, 0);
-                    renewed = 1;
-                    continue;
-                }
-                row = most_violated(q, limits->tolerance, first, &worst);
-                if (row < 0) gone = astray(q, &at_l1);
-            }
-            if (row < 0 && gone < 0) break;
+            if (found.row < 0 && found.member < 0) break;
         }
         if (q->iterations >= limits->iterations || (isfinite(end) && seconds_now() > end)) {
-            if (row < 0) update_solution(q);
+            if (found.row < 0) update_solution(q);
             return RUMO_BUDGET_EXCEEDED;
         }
         ++q->iterations;
-        if (row >= 0) enter(q, row);
-        if (gone >= 0) leave(q, gone, at_l1);
-        renewed = 0;
-        if (q->iterations % 50 == 0) refactor(q, 0);
+        mend(q, &found);
+        fresh = 0;
+        residual = 0.0;
+        if (q->iterations % MANY_UPDATES == 0) {
+            if (contradict(q, q->mu)) return give_up(q);
+            refactor(q, 0);
+        }
         stalled = gain > 1e-14 * gained ? 0 : stalled + 1;
         gained += gain;
     }
-    return residual < 1e-6 && all_finite(q->v, q->ld) ? RUMO_OPTIMAL : RUMO_SOLVER_FAILED;
+    return residual < ACCEPTABLE && all_finite(q->v, q->ld) ? RUMO_OPTIMAL : RUMO_SOLVER_FAILED;
 }

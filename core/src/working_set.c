@@ -32,19 +32,28 @@ typedef struct qp {
     const double *hessian, *inverse, *transpose; /* see condense.c */
     const double *matrix;  /* dense rows, ld apart */
     int *extent;           /* (dense rows,): length to which a row is not zero, padded */
-    double *lower, *upper, *l1, *l2, *weight; /* (rows,): weight is 1 / norm */
+    double *lower, *upper, *l1, *l2, *weight; /* (rows,): weight is 1 / norm, */
+    double *norm;                             /* of those that were members */
     double *floor, *ceiling, *value;          /* (rows,): limits that are still to be watched, and a'v */
     int *state, saturated;                    /* (rows,): row_state; how many are saturated */
     int count;             /* members of the working set */
     int *member, *place;   /* row of each; where its m lies */
     double *mu, *moved, *L, *D;
     int pending;           /* 1 while the row at position `count` waits to join */
+    int settled;           /* members at the front that are where their multipliers want them, but for rounding */
+    int delicate;          /* whether rows nearly depend on each other, and rounding matters */
     double *w, *v;         /* minimiser, as U v and as v */
     double *direction, *trial, *spare; /* scratch: of multipliers, */
     double *shift, *residual;          /* and of variables */
     int *conflict, conflicts, *scratch;
+    double tolerance;      /* of a row, in units of v */
     int iterations;
 } qp;
+
+/* Numbers, for which these agree with fmax and fmin, but are no calls. */
+static inline double larger(double a, double b) { return b > a ? b : a; }
+
+static inline double smaller(double a, double b) { return b < a ? b : a; }
 
 RARE static void take_qp(arena *a, qp *q, int n, int band, int dense, int limited) {
     q->n = n;
@@ -55,7 +64,8 @@ RARE static void take_qp(arena *a, qp *q, int n, int band, int dense, int limite
     q->capacity = n + dense + 1; /* only rows that give way can be more than n; one may be pending */
     q->stride = padded(q->capacity);
     const int rows = padded(q->rows);
-    double **const per_row[] = {&q->lower, &q->upper, &q->l1, &q->l2, &q->weight, &q->floor, &q->ceiling, &q->value};
+    double **const per_row[] = {&q->lower,  &q->upper, &q->l1,      &q->l2,   &q->weight,
+                                &q->norm, &q->floor, &q->ceiling, &q->value};
     for (size_t i = 0; i < sizeof per_row / sizeof *per_row; ++i) *per_row[i] = take_doubles(a, rows);
     q->extent = take_ints(a, dense);
     q->state = take_ints(a, rows);
@@ -146,12 +156,43 @@ static inline double deviation(const qp *q, int position, double value) {
     }
 }
 
-/* Solve L D L' x = x for the rows before a position. */
-static void solve_members(const qp *q, int count, double *restrict x) {
+/* Solve L x = x for the rows before a position, where x begins with some zeros. What earlier blocks contribute need not
+ * wait for rows of the same. */
+static void solve_lower(const qp *q, int zeros, int count, double *restrict x) {
+    for (int first = zeros / LANES * LANES; first < count; first += LANES) {
+        const int end = first + LANES < count ? first + LANES : count;
+        for (int i = first; first && i < end; ++i) x[i] -= dot(q->L + (ptrdiff_t)i * q->stride, x, first);
+        for (int i = first + 1; i < end; ++i) {
+            const double *restrict row = q->L + (ptrdiff_t)i * q->stride;
+            double s = x[i];
+            for (int j = first; j < i; ++j) s -= row[j] * x[j];
+            x[i] = s;
+        }
+    }
+}
+
+/* Solve L' x = x for the rows before a position. */
+static void solve_upper(const qp *q, int count, double *restrict x) {
     for (int i = count; i < padded(count); ++i) x[i] = 0.0;
-    for (int i = 1; i < count; ++i) x[i] -= dot(q->L + (ptrdiff_t)i * q->stride, x, padded(i));
-    for (int i = 0; i < count; ++i) x[i] /= q->D[i];
-    for (int i = count - 1; i > 0; --i) axpy(x, -x[i], q->L + (ptrdiff_t)i * q->stride, padded(i));
+    for (int first = padded(count) - LANES; first >= 0; first -= LANES) {
+        const double *restrict rows = q->L + (ptrdiff_t)first * q->stride;
+        const int end = count - first < LANES ? count - first : LANES;
+        for (int i = end - 1; i > 0; --i) axpy(x + first, -x[first + i], rows + i * q->stride + first, LANES);
+        for (int j = 0; j < first; j += LANES) {
+            double s[LANES];
+            copy(s, x + j, LANES);
+            for (int i = 0; i < end; ++i)
+                for (int l = 0; l < LANES; ++l) s[l] -= x[first + i] * rows[i * q->stride + j + l];
+            copy(x + j, s, LANES);
+        }
+    }
+}
+
+/* Solve L D L' x = x for the rows before a position. */
+static void solve_members(const qp *q, int zeros, int count, double *restrict x) {
+    solve_lower(q, zeros, count, x);
+    for (int i = zeros; i < count; ++i) x[i] /= q->D[i];
+    solve_upper(q, count, x);
 }
 
 /* rest = m of the row at a position less the combination r of the rows before it. */
@@ -165,11 +206,11 @@ static void subtract_combination(const qp *q, int position, const double *restri
 RARE static double careful_pivot(qp *q, int position) {
     double *restrict r = q->trial, *restrict error = q->direction, *restrict rest = q->shift;
     copy(r, q->L + (ptrdiff_t)position * q->stride, padded(position));
-    for (int i = position - 1; i > 0; --i) axpy(r, -r[i], q->L + (ptrdiff_t)i * q->stride, padded(i));
+    solve_upper(q, position, r);
     subtract_combination(q, position, r, rest);
     for (int i = 0; i < position; ++i)
         error[i] = dot(moved(q, i), rest, q->ld) - compliance(q, q->member[i]) * r[i];
-    solve_members(q, position, error);
+    solve_members(q, 0, position, error);
     for (int i = 0; i < position; ++i) r[i] += error[i];
     subtract_combination(q, position, r, rest);
     double pivot = dot(rest, rest, q->ld) + compliance(q, q->member[position]);
@@ -183,7 +224,7 @@ static int extend(qp *q, int position) {
     double *restrict ell = q->L + (ptrdiff_t)position * q->stride;
     for (int i = 0; i < position; ++i) ell[i] = dot(moved(q, i), m, q->ld);
     for (int i = position; i < padded(position); ++i) ell[i] = 0.0;
-    for (int i = 1; i < position; ++i) ell[i] -= dot(q->L + (ptrdiff_t)i * q->stride, ell, padded(i));
+    solve_lower(q, 0, position, ell);
     const double whole = dot(m, m, q->ld) + compliance(q, q->member[position]);
     double pivot = whole;
     for (int i = 0; i < position; ++i) {
@@ -192,7 +233,10 @@ static int extend(qp *q, int position) {
         pivot -= y * ell[i];
     }
     const int full = position == q->capacity - 1;
-    if (full || !(pivot > SMALL_PIVOT * whole)) pivot = careful_pivot(q, position);
+    if (full || !(pivot > SMALL_PIVOT * whole)) {
+        pivot = careful_pivot(q, position);
+        q->delicate = 1;
+    }
     q->D[position] = pivot;
     return pivot > NO_PIVOT * whole && !full;
 }
@@ -201,6 +245,7 @@ static int extend(qp *q, int position) {
 static void stage_row(qp *q, int row, row_state state, double mu) {
     q->member[q->count] = row;
     q->mu[q->count] = mu;
+    q->norm[row] = 1.0 / q->weight[row];
     watch(q, row, state);
     transform(q, row, moved(q, q->count));
     q->pending = 1;
@@ -242,11 +287,13 @@ static void drop(qp *q, int position) {
         }
     }
     --q->count;
+    q->settled -= position < q->settled;
 }
 
 /* Factor the rows from a position on again. One that now depends on the others waits to join; if another waits
  * already, it is let go, and will be found again. */
 static void refactor(qp *q, int position) {
+    if (position == 0) q->delicate = 0;
     for (int i = position; i < q->count;) {
         if (extend(q, i)) {
             ++i;
@@ -254,6 +301,7 @@ static void refactor(qp *q, int position) {
         }
         move_back(q, i, q->count - 1 + q->pending);
         --q->count;
+        q->settled = 0;
         if (q->pending) {
             const int last = q->count + 1;
             axpy(q->w, q->mu[last], moved(q, last), q->ld);
@@ -267,7 +315,7 @@ static void refactor(qp *q, int position) {
 static void clear_members(qp *q) {
     for (int i = 0; i < q->capacity; ++i) q->place[i] = i;
     for (int r = 0; r < q->rows; ++r) q->state[r] = INACTIVE;
-    q->count = q->pending = q->saturated = 0;
+    q->count = q->pending = q->saturated = q->settled = q->delicate = 0;
 }
 
 /* Take the working set over to new rows, each `inputs` free inputs and `constraints` dense rows earlier (0: as it is),
@@ -288,11 +336,11 @@ static void renew_members(qp *q, int inputs, int constraints, const int *imposed
         q->state[r] = keep ? SATURATED : INACTIVE;
         q->saturated += keep;
     }
-    q->count = q->pending = 0;
+    q->count = q->pending = q->settled = q->delicate = 0;
     for (int i = 0; i < members; ++i) {
         const int part = row[i] < q->n ? 0 : row[i] < q->dense ? q->n : q->dense;
         const int moved_to = row[i] - (part == q->dense ? constraints : inputs);
-        if (moved_to < part || (part == q->dense && !imposed[moved_to - part]) || !isfinite(q->spare[i])) continue;
+        if (moved_to < part || (part == q->dense && !imposed[moved_to - part])) continue;
         stage_row(q, moved_to, (row_state)state[i], q->spare[i]);
         q->pending = 0;
         if (extend(q, q->count)) ++q->count;
