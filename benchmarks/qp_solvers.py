@@ -7,7 +7,8 @@ the times that the two C codes measure themselves:
 
     cold   from nothing to the solution. Core: take over the data, factor the Hessian, solve. DAQP: set up, solve.
     warm   the same, starting with the working set of the sample before.
-    solve  warm, without factor and set-up.
+    solve  warm, without factor and set-up. Not the same work: DAQP has transformed all rows and taken over gradient and
+           limits during set-up, the core does both while it solves, and transforms only the rows that join.
 
 Soft rows are posed as hard ones, which both solvers take; the solutions are the same (this is checked), because the
 prices are above the multipliers. The rows of a working set are not shifted by a stage from sample to sample, as the

@@ -71,7 +71,7 @@ static inline double arctangent(double x) {
     const double q = ((((z + 2.485846490142306297962E1) * z + 1.650270098316988542046E2) * z +
                        4.328810604912902668951E2) * z + 4.853903996359136964868E2) * z + 1.945506571482613964425E2;
     const double angle = base + ((t * (z * p / q) + rest) + t);
-    return x < 0.0 ? -angle : angle;
+    return copysign(angle, x);
 }
 
 #endif

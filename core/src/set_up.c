@@ -83,7 +83,9 @@ RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     c->x_lanes = take_doubles(a, s.nx * (s.lanes + LANES));
     c->u_lanes = take_doubles(a, s.nu * s.lanes);
     c->p_lanes = take_doubles(a, (ptrdiff_t)np * s.lanes);
-    c->registers = take_doubles(a, (ptrdiff_t)p->tape.registers * 2 * LANES);
+#ifndef RUMO_TAILORED
+    c->registers = take_doubles(a, (ptrdiff_t)register_places(&p->tape) * CHUNK);
+#endif
     c->terms = take_doubles(a, (ptrdiff_t)p->sizes.slots * s.lanes);
     c->result = take_doubles(a, (ptrdiff_t)from->entries * s.lanes);
     int largest = 0;

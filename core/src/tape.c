@@ -27,6 +27,13 @@ typedef struct guess_lanes {
     }                                                \
     break
 
+/* Registers, and more places, so that any word of the code points to one: of an output or input it is not a register. */
+static int register_places(const rumo_tape *tape) {
+    int last = tape->registers;
+    for (ptrdiff_t i = 0; i < 4 * (ptrdiff_t)tape->length; ++i) last = tape->code[i] > last ? tape->code[i] : last;
+    return last + 1;
+}
+
 static inline double sign_of(double a) { return a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a; }
 
 static inline void run_chunk(const rumo_tape *tape, const guess_lanes *in, int first, const int width, int lanes,

@@ -58,6 +58,7 @@ int main(void) {
         CHECK(close_to(arctangent(x), atanl((long double)x)), "atan %.17g = %.17g", x, arctangent(x));
     }
     CHECK(isnan(arctangent(NAN)), "atan NaN");
+    CHECK(signbit(arctangent(-0.0)) && !signbit(arctangent(0.0)), "sign of atan 0");
     CHECK(arctangent(INFINITY) == 2.0 * quarter && arctangent(-INFINITY) == -2.0 * quarter, "atan inf");
     return finish();
 }

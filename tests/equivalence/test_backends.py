@@ -12,6 +12,7 @@ from rumo.vehicles import PAPER_CAR, four_wheel
 
 EXACT = QpOptions(tolerance=1e-12)
 PENALTY = rumo.Penalty(2.0, 1.0)
+PENALTIES = {"soft": PENALTY, "l1": rumo.Penalty(0.5), "hard": None}
 
 
 def of_bicycle(horizon, delay, penalty):
@@ -129,30 +130,54 @@ def assert_same(problem, first, second, tolerance):
     np.testing.assert_allclose(second.slacks.values / amount, first.slacks.values / amount, rtol=0.0, atol=tolerance)
 
 
+@pytest.fixture
+def cache(tmp_path_factory, monkeypatch):
+    """A folder for tailored builds, the same for all tests."""
+    monkeypatch.setenv("RUMO_CACHE", str(tmp_path_factory.getbasetemp() / "tailored"))
+
+
 def test_every_model_is_here():
     assert set(CASES) == set(MODELS)
 
 
-@pytest.mark.parametrize("penalty", [PENALTY, rumo.Penalty(0.5), None], ids=["soft", "l1", "hard"])
+def compare(case, horizon, delay, penalty, backends, tolerance):
+    problem, x, reference = case(horizon, delay, penalty)
+    controllers = [rumo.RealTimeIteration(problem, qp=EXACT, backend=backend) for backend in backends]
+    assert [controller.backend for controller in controllers] == list(backends)
+    for first, second in drive(controllers, problem, x, reference):
+        assert_same(problem, first, second, tolerance)
+
+
+@pytest.mark.parametrize("penalty", PENALTIES.values(), ids=PENALTIES)
 @pytest.mark.parametrize(("horizon", "delay"), HORIZONS)
 @pytest.mark.parametrize("name", CASES)
 def test_portable_equals_reference(name, horizon, delay, penalty):
-    problem, x, reference = CASES[name](horizon, delay, penalty)
-    controllers = [rumo.RealTimeIteration(problem, qp=EXACT, backend=backend) for backend in ("reference", "portable")]
-    for reference_plan, plan in drive(controllers, problem, x, reference):
-        assert_same(problem, reference_plan, plan, 1e-7)
+    compare(CASES[name], horizon, delay, penalty, ("reference", "portable"), 1e-7)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("penalty", PENALTIES.values(), ids=PENALTIES)
+@pytest.mark.parametrize("name", CASES)
+def test_portable_equals_reference_at_every_horizon(name, penalty):
+    for horizon in range(1, 61):
+        for delay in range(min(4, horizon)):
+            compare(CASES[name], horizon, delay, penalty, ("reference", "portable"), 1e-7)
 
 
 @pytest.mark.parametrize(("horizon", "delay"), [(4, 3), (16, 0)])
 @pytest.mark.parametrize("name", CASES)
-def test_tailored_equals_portable(name, horizon, delay, tmp_path_factory, monkeypatch):
-    monkeypatch.setenv("RUMO_CACHE", str(tmp_path_factory.getbasetemp() / "tailored"))
+def test_tailored_equals_portable(name, horizon, delay, cache):
     for penalty in (PENALTY, None):
-        problem, x, reference = CASES[name](horizon, delay, penalty)
-        controllers = [rumo.RealTimeIteration(problem, backend=backend) for backend in ("portable", "tailored")]
-        assert controllers[1].backend == "tailored"
-        for portable, tailored in drive(controllers, problem, x, reference):
-            assert_same(problem, portable, tailored, 1e-9)
+        compare(CASES[name], horizon, delay, penalty, ("portable", "tailored"), 1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("horizon", "delay"), HORIZONS)
+@pytest.mark.parametrize("name", CASES)
+def test_tailored_equals_portable_and_reference(name, horizon, delay, cache):
+    for penalty in PENALTIES.values():
+        compare(CASES[name], horizon, delay, penalty, ("portable", "tailored"), 1e-9)
+        compare(CASES[name], horizon, delay, penalty, ("reference", "tailored"), 1e-7)
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
