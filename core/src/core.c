@@ -46,6 +46,7 @@ static double seconds_now(void) {
 #endif
 #include "eliminate.c"
 #include "condense.c"
+#include "rows.c"
 #include "working_set.c"
 #include "refinement.c"
 #include "qp.c"

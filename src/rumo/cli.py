@@ -105,7 +105,7 @@ def paper(
     with _errors_in_words():
         from rumo.report.charts import paper_charts
         from rumo.report.figures import write_figures
-        from rumo.report.page import write_page
+        from rumo.report.page import Section, write_page
         from rumo.report.paper import summary
         from rumo.simulation.log import save
         from rumo.studies import PaperStudy
@@ -141,7 +141,12 @@ def paper(
                 f"filtered measurements; horizon {content['horizon']}, sampling period "
                 f"{1e3 * content['sampling_time_s']:g} ms, seed {seed}."
             )
-            page = write_page(folder / "report.html", "The paper's case study", lead, content, charts)
+            sections = [
+                Section("Results", [controllers_table(content["controllers"])]),
+                Section("The paper's claims", [claims_table(content["claims"])]),
+                Section("Figures", charts),
+            ]
+            page = write_page(folder / "report.html", "The paper's case study", lead, sections)
         _print(controllers_table(content["controllers"]), "How it drives")
         _print(claims_table(content["claims"]), "The paper's claims")
         Console().print(f"Report: {page}", soft_wrap=True, highlight=False)
@@ -157,8 +162,9 @@ def faults(
     """Five bad samples in a row: sensors and solvers that fail, and what becomes of the drive."""
     with _errors_in_words():
         from rumo.report.charts import label
-        from rumo.report.faults import fault_panels, faults_table, summary, write_faults_page
-        from rumo.report.panels import write_panels
+        from rumo.report.faults import LAST_COLUMN, fault_panels, fault_sections, faults_table, summary
+        from rumo.report.figures import write_figures
+        from rumo.report.page import write_page
         from rumo.simulation.log import save
         from rumo.studies.faults import FaultStudy
 
@@ -180,14 +186,14 @@ def faults(
             figures = fault_panels(drives)
             task = progress.add_task("figures", total=len(figures))
             for figure in figures:
-                write_panels([figure], folder)
+                write_figures([figure], folder)
                 progress.advance(task)
             lead = (
                 f"A car follows a sine path at {settings.base.path.speed:g} m/s in wind, with noisy, unfiltered "
                 f"measurements; after {settings.start:g} s come {settings.count} bad samples. Seed {seed}, "
                 f"{'with' if gate else 'without'} the innovation gate."
             )
-            page = write_faults_page(folder / "report.html", lead, content, figures)
+            page = write_page(folder / "report.html", "Faults", lead, fault_sections(content, figures), LAST_COLUMN)
         for name, outcomes in content["controllers"].items():
             _print(faults_table(outcomes), label(name))
         Console().print(f"Report: {page}", soft_wrap=True, highlight=False)

@@ -10,7 +10,7 @@ import rumo
 from rumo.report.charts import paper_charts
 from rumo.report.figures import draw
 from rumo.report.kpis import driving_kpis
-from rumo.report.page import plot
+from rumo.report.plots import plot
 from rumo.studies import PaperStudy
 
 

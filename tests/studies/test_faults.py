@@ -9,7 +9,8 @@ from typer.testing import CliRunner
 import rumo
 from rumo.cli import app
 from rumo.report.faults import fault_panels, faults_table, outcome, summary
-from rumo.report.panels import draw_panels, plot_panels
+from rumo.report.figures import draw
+from rumo.report.plots import plot
 from rumo.studies.faults import CONTROLLERS, FAULTS, Drive, Fault, FaultStudy
 
 CASES = {"rti portable": ("rti", "portable"), "rti reference": ("rti", "reference"), "nlp": ("nlp", "portable")}
@@ -147,7 +148,7 @@ def test_print_and_page_show_the_same(drives):
     assert [figure.key for figure in figures] == ["error-rti", "steering-rate-rti"]
     for content in figures:
         assert [title for title, _ in content.panels] == [fault.title for fault in FAULTS.values()][1:]
-        printed, interactive = draw_panels(content), plot_panels(content)
+        printed, interactive = draw(content), plot(content)
         traces = iter(interactive.data)
         for axes, (_, lines) in zip(printed.axes, content.panels, strict=True):
             for drawn, line in zip(axes.lines, reversed(lines), strict=True):

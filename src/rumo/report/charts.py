@@ -1,4 +1,4 @@
-"""What each figure shows, drawn by `figures` (print) and `page` (interactive) alike."""
+"""What each figure shows, drawn by `figures` (print) and `plots` (interactive) alike."""
 
 from __future__ import annotations
 
@@ -87,6 +87,44 @@ class Chart:
     histogram: Line | None = None
     marker: tuple[float, str] | None = None
     equal: bool = False
+
+
+COLUMNS = 2
+"""Of small multiples."""
+
+
+@dataclass(frozen=True)
+class Panels:
+    """Small multiples: axes of one scale, each with a title, lines, and the time of the bad samples shaded.
+
+    Attributes
+    ----------
+    key : str
+        File name without ending.
+    title, x_label, y_label : str
+        Labels with units.
+    panels : tuple of (str, tuple of Line)
+        Title and curves of each.
+    shaded : tuple of float
+        From when to when samples are bad [s].
+    """
+
+    key: str
+    title: str
+    x_label: str
+    y_label: str
+    panels: tuple[tuple[str, tuple[Line, ...]], ...]
+    shaded: tuple[float, float]
+
+    @property
+    def rows(self) -> int:
+        """Rows of panels."""
+        return -(-len(self.panels) // COLUMNS)
+
+    @property
+    def from_zero(self) -> bool:
+        """Whether the y axes start at 0, as they do where nothing is negative."""
+        return all((line.y >= 0.0).all() for _, lines in self.panels for line in lines)
 
 
 def bins(samples: Array, marker: float) -> Array:

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rumo.report.charts import REFERENCE, Line, Look, label, look
+from rumo.report.charts import REFERENCE, Line, Look, Panels, label, look
 from rumo.report.kpis import tracking_error
-from rumo.report.page import CONFIG, STYLE
-from rumo.report.panels import Panels, plot_panels
+from rumo.report.page import Section
 from rumo.report.tables import Table, number
 from rumo.simulation.log import signal
 from rumo.status import Status
@@ -143,45 +140,7 @@ def _bad(log: xr.Dataset) -> tuple[int, int]:
     return first, first + int(log.attrs["bad_samples"])
 
 
-def write_faults_page(path: Path, lead: str, content: Mapping[str, Any], figures: Sequence[Panels]) -> Path:
-    """Write the report: one self-contained HTML page.
-
-    Parameters
-    ----------
-    path : Path
-        The HTML file.
-    lead : str
-        The sentence below the heading.
-    content : mapping
-        As `summary.json`.
-    figures : sequence of Panels
-        In order.
-    """
-    from plotly.offline import get_plotlyjs
-
-    title = "Faults"
-    tables = "\n".join(
-        f"<h2>{escape(label(name))}</h2>{_html(faults_table(outcomes))}"
-        for name, outcomes in content["controllers"].items()
-    )
-    plots = "\n".join(
-        plot_panels(figure).to_html(full_html=False, include_plotlyjs=False, div_id=figure.key, config=CONFIG)
-        for figure in figures
-    )
-    html = f"""<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>{title}</title><style>{STYLE}{LAST_COLUMN}</style>
-<script>{get_plotlyjs()}</script></head><body>
-<h1>{title}</h1><p class="lead">{escape(lead)}</p>
-{tables}
-<h2>Figures</h2>{plots}
-</body></html>
-"""
-    path.write_text(html, encoding="utf-8")
-    return path
-
-
-def _html(table: Table) -> str:
-    head = "".join(f"<th>{escape(text)}</th>" for text in table.heads)
-    body = "".join("<tr>" + "".join(f"<td>{escape(text)}</td>" for text in row) + "</tr>" for row in table.rows)
-    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+def fault_sections(content: Mapping[str, Any], figures: Sequence[Panels]) -> list[Section]:
+    """What the page shows: a table for each controller, from `summary`, and the figures."""
+    tables = [Section(label(name), [faults_table(outcomes)]) for name, outcomes in content["controllers"].items()]
+    return [*tables, Section("Figures", figures)]

@@ -1,4 +1,4 @@
-"""Charts as PNG and PDF, by matplotlib."""
+"""Charts and panels as PNG and PDF, by matplotlib."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rumo.report.charts import Chart, bins
+from rumo.report.charts import COLUMNS, LIMIT, Chart, Line, Panels, bins
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,8 +28,12 @@ STYLE: Any = {
 }
 
 
-def draw(chart: Chart) -> Figure:
-    """Draw a chart; the caller saves it."""
+def draw(content: Chart | Panels) -> Figure:
+    """Draw a chart or panels; the caller saves it."""
+    return _draw_panels(content) if isinstance(content, Panels) else _draw_chart(content)
+
+
+def _draw_chart(chart: Chart) -> Figure:
     import matplotlib as mpl
     from matplotlib.figure import Figure
     from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
@@ -38,15 +42,7 @@ def draw(chart: Chart) -> Figure:
         figure = Figure(layout="constrained")
         axes = figure.subplots()
         for line in chart.lines:
-            axes.plot(
-                line.x,
-                line.y,
-                label=line.name,
-                color=line.look.color,
-                linestyle=DASHES[line.look.dash],
-                linewidth=line.look.width,
-                drawstyle="steps-post" if line.steps else "default",
-            )
+            _add(axes, line)
         if chart.histogram is not None and chart.marker is not None:
             value, words = chart.marker
             edges = bins(chart.histogram.y, value)
@@ -69,13 +65,51 @@ def draw(chart: Chart) -> Figure:
         return figure
 
 
-def write_figures(charts: Iterable[Chart], folder: Path) -> list[Path]:
-    """Write each chart as PNG and PDF; the paths written."""
-    paths = []
-    for chart in charts:
-        figure = draw(chart)
+def _draw_panels(content: Panels) -> Figure:
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 1.0 + 1.45 * content.rows), layout="constrained")
+        grid = figure.subplots(content.rows, COLUMNS, sharex=True, sharey=True, squeeze=False)
+        for axes, (title, lines) in zip(grid.flat, content.panels, strict=False):
+            axes.axvspan(*content.shaded, color=LIMIT.color, alpha=0.15, linewidth=0.0, label="Bad samples")
+            for line in reversed(lines):
+                _add(axes, line)
+            axes.set_title(title, fontsize=10, loc="left")
+            axes.set_ylabel(content.y_label if axes in grid[:, 0] else "")
+            axes.margins(x=0.0)
+        if content.from_zero:
+            grid[0, 0].set_ylim(bottom=0.0)
+        for axes in grid.flat[len(content.panels) :]:
+            axes.set_visible(False)
+        for axes in grid.flat[max(len(content.panels) - COLUMNS, 0) : len(content.panels)]:
+            axes.set_xlabel(content.x_label)
+            axes.tick_params(labelbottom=True)
+        figure.suptitle(content.title, fontsize=11)
+        handles, labels = grid[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(handles))
+        return figure
+
+
+def _add(axes: Any, line: Line) -> None:
+    axes.plot(
+        line.x,
+        line.y,
+        label=line.name,
+        color=line.look.color,
+        linestyle=DASHES[line.look.dash],
+        linewidth=line.look.width,
+        drawstyle="steps-post" if line.steps else "default",
+    )
+
+
+def write_figures(contents: Iterable[Chart | Panels], folder: Path) -> list[Path]:
+    """Write each as PNG and PDF; the paths written."""
+    paths: list[Path] = []
+    for content in contents:
+        figure = draw(content)
         for ending in ("png", "pdf"):
-            path = folder / f"{chart.key}.{ending}"
-            figure.savefig(path, metadata={"CreationDate": None} if ending == "pdf" else {})
-            paths.append(path)
+            paths.append(folder / f"{content.key}.{ending}")
+            figure.savefig(paths[-1], metadata={"CreationDate": None} if ending == "pdf" else {})
     return paths

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from rumo.report.charts import Chart, bins
-from rumo.report.tables import Table, claims_table, controllers_table
+from rumo.report.charts import Chart, Panels
+from rumo.report.plots import plot
+from rumo.report.tables import Table
 
 STYLE = """
 :root { color-scheme: light; }
@@ -26,7 +25,15 @@ th:first-child, td:first-child { text-align: left; }
 CONFIG = {"displaylogo": False, "modeBarButtonsToRemove": ["select2d", "lasso2d"]}
 
 
-def write_page(path: Path, title: str, lead: str, summary: dict[str, Any], charts: Sequence[Chart]) -> Path:
+@dataclass(frozen=True)
+class Section:
+    """A heading, and the tables and figures below it."""
+
+    heading: str
+    content: Sequence[Table | Chart | Panels]
+
+
+def write_page(path: Path, title: str, lead: str, sections: Sequence[Section], style: str = "") -> Path:
     """Write a study's report.
 
     Parameters
@@ -35,82 +42,32 @@ def write_page(path: Path, title: str, lead: str, summary: dict[str, Any], chart
         The HTML file.
     title, lead : str
         Heading, and the sentence below it.
-    summary : dict
-        As `summary.json`: `controllers` and `claims` become tables.
-    charts : sequence of Chart
-        Figures in order.
+    sections : sequence of Section
+        What it shows, in order.
+    style : str
+        More CSS than the pages share.
     """
     from plotly.offline import get_plotlyjs
 
-    figures = "\n".join(
-        plot(chart).to_html(full_html=False, include_plotlyjs=False, div_id=chart.key, config=CONFIG)
-        for chart in charts
+    body = "\n".join(
+        f"<h2>{escape(section.heading)}</h2>" + "\n".join(map(_html, section.content)) for section in sections
     )
     html = f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>{escape(title)}</title><style>{STYLE}</style>
+<title>{escape(title)}</title><style>{STYLE}{style}</style>
 <script>{get_plotlyjs()}</script></head><body>
 <h1>{escape(title)}</h1><p class="lead">{escape(lead)}</p>
-<h2>Results</h2>{_table(controllers_table(summary["controllers"]))}
-<h2>The paper's claims</h2>{_table(claims_table(summary["claims"]))}
-<h2>Figures</h2>{figures}
+{body}
 </body></html>
 """
     path.write_text(html, encoding="utf-8")
     return path
 
 
-def plot(chart: Chart) -> Any:
-    """A chart as a Plotly figure."""
-    import plotly.graph_objects as go
-
-    figure = go.Figure()
-    for line in chart.lines:
-        figure.add_scatter(
-            x=line.x,
-            y=line.y,
-            name=line.name,
-            mode="lines",
-            line={
-                "color": line.look.color,
-                "dash": line.look.dash,
-                "width": 1.3 * line.look.width,
-                "shape": "hv" if line.steps else "linear",
-            },
-        )
-    if chart.histogram is not None and chart.marker is not None:
-        value, words = chart.marker
-        edges = bins(chart.histogram.y, value)
-        counts, _ = np.histogram(chart.histogram.y, edges)
-        figure.add_bar(
-            x=np.sqrt(edges[1:] * edges[:-1]),
-            y=counts,
-            width=np.diff(edges),
-            name=chart.histogram.name,
-            marker_color=chart.histogram.look.color,
-        )
-        figure.add_scatter(
-            x=[value, value],
-            y=[0, counts.max()],
-            mode="lines",
-            name=words,
-            line={"color": "#000000", "dash": "dash", "width": 1.5},
-        )
-        figure.update_xaxes(type="log", tickvals=[m * 10.0**e for e in range(-4, 5) for m in (1, 2, 5)])
-    figure.update_layout(
-        title=chart.title,
-        xaxis_title=chart.x_label,
-        yaxis_title=chart.y_label,
-        template="plotly_white",
-        height=420,
-        showlegend=True,
-        legend={"orientation": "h", "yanchor": "top", "y": -0.2, "x": 0.0},
-        margin={"l": 70, "r": 20, "t": 50, "b": 60},
-        hovermode="closest" if chart.equal or chart.histogram else "x unified",
-    )
-    if chart.equal:
-        figure.update_yaxes(scaleanchor="x", scaleratio=1)
-    return figure
+def _html(content: Table | Chart | Panels) -> str:
+    if isinstance(content, Table):
+        return _table(content)
+    return plot(content).to_html(full_html=False, include_plotlyjs=False, div_id=content.key, config=CONFIG)
 
 
 def _table(table: Table) -> str:
