@@ -80,3 +80,23 @@ def test_data_that_are_not_finite_are_a_failure_not_an_exception():
     program = random_program(0, soft=True)
     program.gradient[3] = np.nan
     assert solve(program, QpOptions())[1] is Status.SOLVER_FAILED
+
+
+@pytest.mark.parametrize("times", [1.0, 2.0])
+def test_rows_that_depend_on_each_other_and_hold_together(times):
+    # A bound and a row that says the same, both active: the multipliers are not unique, the minimiser is.
+    H = np.array([[2.0, 0.5], [0.5, 1.0]])
+    program = QuadraticProgram(
+        H,
+        H @ [-3.0, -0.5],
+        np.full(2, -1.0),
+        np.full(2, 1.0),
+        np.array([[times, 0.0]]),
+        np.full(1, -np.inf),
+        np.full(1, times),
+        np.full(1, np.inf),
+        np.zeros(1),
+    )
+    v, status = solve(program, QpOptions(tolerance=1e-6))
+    assert status is Status.OPTIMAL
+    np.testing.assert_allclose(v, [1.0, 1.0], atol=1e-12)

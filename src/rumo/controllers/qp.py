@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.linalg import lu_factor, lu_solve
 
 from rumo.checks import positive_number, whole_number
 from rumo.signals import Array
@@ -14,6 +15,8 @@ from rumo.status import Status
 
 # PIQP takes values beyond this as infinite.
 INFINITE = 1e30
+# Curvature and compliance that are added to the factor with which solutions are polished.
+PROXIMAL = 1e-8
 
 
 @dataclass(frozen=True)
@@ -132,18 +135,26 @@ def _polish(hessian: Array, gradient: Array, rows: Array, limits: Sequence[Array
     ends = np.concatenate([-limits[0], limits[1], -limits[2], limits[3]])
     multipliers = np.concatenate([result.z_l, result.z_u, result.z_bl, result.z_bu])
     size = 1e-9 * (1.0 + np.abs(multipliers).max(initial=0.0))
-    polished = x
     # Primal-dual active sets: Hintermueller, Ito and Kunisch (2003).
     for _ in range(10):
-        active = multipliers > ends - normals @ polished
-        A = normals[active]
-        kkt = np.block([[hessian, A.T], [A, np.zeros((len(A), len(A)))]])
-        try:
-            solution = np.linalg.solve(kkt, np.r_[-gradient, ends[active]])
-        except np.linalg.LinAlgError:
+        active = multipliers > ends - normals @ x
+        x, on = _minimise_on(hessian, gradient, normals[active], ends[active], x, multipliers[active])
+        multipliers = np.zeros(len(ends))
+        multipliers[active] = on
+        if np.all(normals @ x <= ends + 1e-9) and np.all(multipliers >= -size):
             return x
-        polished, multipliers = solution[: len(x)], np.zeros(len(ends))
-        multipliers[active] = solution[len(x) :]
-        if np.all(normals @ polished <= ends + 1e-9) and np.all(multipliers >= -size):
-            return polished
-    return x
+    return result.x
+
+
+def _minimise_on(hessian: Array, gradient: Array, A: Array, b: Array, x: Array, mu: Array) -> tuple[Array, Array]:
+    """Minimiser on A x = b and its multipliers, those nearest to x and mu where there are many.
+
+    The proximal method of multipliers, as a few refinements of one regularised factor: Rockafellar (1976).
+    """
+    near_x, near_mu = PROXIMAL * np.eye(len(x)), PROXIMAL * np.eye(len(mu))
+    factor = lu_factor(np.block([[hessian + near_x, A.T], [A, -near_mu]]), check_finite=False)
+    for _ in range(6):
+        residual = np.r_[hessian @ x + gradient + A.T @ mu, A @ x - b]
+        step = lu_solve(factor, -residual, check_finite=False)
+        x, mu = x + step[: len(x)], mu + step[len(x) :]
+    return x, mu
