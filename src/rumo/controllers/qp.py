@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
 
 from rumo.checks import positive_number, whole_number
 from rumo.signals import Array
@@ -151,6 +150,8 @@ def _minimise_on(hessian: Array, gradient: Array, A: Array, b: Array, x: Array, 
 
     The proximal method of multipliers, as a few refinements of one regularised factor: Rockafellar (1976).
     """
+    from scipy.linalg import lu_factor, lu_solve  # not needed by the compiled backends
+
     near_x, near_mu = PROXIMAL * np.eye(len(x)), PROXIMAL * np.eye(len(mu))
     factor = lu_factor(np.block([[hessian + near_x, A.T], [A, -near_mu]]), check_finite=False)
     for _ in range(6):
