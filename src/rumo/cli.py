@@ -65,7 +65,8 @@ def bench(
     """Measure how long a step takes: one recorded drive, replayed through every controller."""
     with _errors_in_words():
         from rumo.bench import SCENARIOS, measure, record, summary
-        from rumo.bench.report import percentile_table, sweep_table
+        from rumo.bench.qp_solvers import installed, measure_solvers, record_programs
+        from rumo.bench.report import percentile_table, solver_summary, solver_table, sweep_table
         from rumo.bench.runners import available
 
         names = available() if controllers is None else [name.strip() for name in controllers.split(",")]
@@ -77,18 +78,25 @@ def bench(
         if json_file is not None:
             _writable(json_file.parent)
         names = list(dict.fromkeys(["rti", *names]))
+        alone = not sweep and controllers is None
         cases = [(drive, N) for drive in SCENARIOS for N in (15, 30, 50, 100)] if sweep else [(scenario, horizon)]
         runs: list[dict[str, Any]] = []
         with _progress() as progress:
             task = progress.add_task("replay", total=len(cases))
             for drive, N in cases:
-                runs.append(summary(measure(record(drive, N, steps), names), N, drive))
+                recording = record(drive, N, steps)
+                runs.append(summary(measure(recording, names), N, drive))
+                if alone:
+                    solved = measure_solvers(record_programs(recording), installed())
+                    runs[-1]["qp_solvers"] = solver_summary(solved)
                 progress.advance(task)
         title = f"Microseconds; {runs[0]['machine']['processor']}"
         if sweep:
             _print(sweep_table(runs), f"{title}; medians of preparation + feedback (ratio of the sum)")
         else:
             _print(percentile_table(runs[0]), f"{title}; N = {horizon}, {scenario}")
+        if alone:
+            _print(solver_table(runs[0]["qp_solvers"]), "QP solvers, cold, called from Python; microseconds")
         if json_file is not None:
             content = {"machine": runs[0]["machine"], "runs": runs} if sweep else runs[0]
             json_file.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")

@@ -8,6 +8,8 @@ from typer.testing import CliRunner
 
 import rumo
 from rumo.bench import SCENARIOS, measure, record, summary
+from rumo.bench.qp_solvers import installed, measure_solvers, record_programs
+from rumo.bench.report import solver_summary, solver_table
 from rumo.cli import app
 
 PHASES = {"prepare_us", "feedback_us", "total_us"}
@@ -51,6 +53,31 @@ def test_figures_are_percentiles_and_ratios_to_the_default_backend():
     assert content["controllers"]["acados"]["prepare_us"]["max"] == 60.0
     assert content["ratios"]["acados"]["feedback_us"]["p50"] == 25.0
     assert content["ratios"]["rti"]["total_us"]["p999"] == 1.0
+
+
+def test_qp_solvers_that_work_here_find_what_the_core_finds(recording):
+    programs = record_programs(recording, most=20)
+    assert len(programs) == 20
+    assert installed()[0] == "core"
+    content = solver_summary(measure_solvers(programs, installed()))
+    for name, values in content.items():
+        assert values["solved"] == 20
+        assert values["difference"] < 1e-4, name  # interior points stop beside the solution
+        assert 0.0 < values["p50"] <= values["max"]
+    assert content["core"]["difference"] == 0.0
+    table = solver_table(content)
+    assert [row[0] for row in table.rows] == installed()
+    assert table.rows[0][5] == "1.0"
+
+
+def test_the_command_measures_all_if_not_told_which(tmp_path):
+    target = tmp_path / "bench.json"
+    outcome = CliRunner().invoke(app, ["bench", "--steps", "100", "--horizon", "4", "--json", str(target)])
+    assert outcome.exit_code == 0, outcome.output
+    assert "QP solvers" in outcome.output
+    content = json.loads(target.read_text())
+    assert set(content["controllers"]) >= {"rti", "rti-tailored", "rti-portable", "rti-reference", "nlp"}
+    assert set(content["qp_solvers"]["core"]) >= PERCENTILES
 
 
 def test_the_command_prints_a_table_and_writes_the_figures(tmp_path):

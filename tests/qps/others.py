@@ -8,8 +8,8 @@ from collections import Counter
 import numpy as np
 import qpsolvers
 
-from qps.core import Solution
 from qps.proofs import residuals
+from rumo.bench.qp_solvers import Solution
 from rumo.controllers.qp import QuadraticProgram
 
 TIGHT = {

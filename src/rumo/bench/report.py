@@ -76,6 +76,31 @@ def percentile_table(content: Mapping[str, Any]) -> Table:
     return Table(heads, rows)
 
 
+def solver_summary(results: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Percentiles of each QP solver's times, how many programs it solved, how far its answers were from the core's."""
+    return {
+        name: {p: float(np.percentile(result["us"], share)) for p, share in PERCENTILES.items()}
+        | {"solved": result["solved"], "difference": result["difference"] if result["solved"] else None}
+        for name, result in results.items()
+    }
+
+
+def solver_table(content: Mapping[str, Any]) -> Table:
+    """QP solvers: every percentile, and the ratio of the median to the core's."""
+    heads = ["solver", *PERCENTILES, "p50 / core", "solved", "difference"]
+    rows = [
+        [
+            name,
+            *(_microseconds(values[p]) for p in PERCENTILES),
+            f"{values['p50'] / content['core']['p50']:.1f}",
+            str(values["solved"]),
+            "-" if values["difference"] is None else f"{values['difference']:.0e}",
+        ]
+        for name, values in content.items()
+    ]
+    return Table(heads, rows)
+
+
 def sweep_table(runs: list[dict[str, Any]]) -> Table:
     """Several runs: median of preparation + feedback, and the ratio of their sum to `rti`."""
     names = list(dict.fromkeys(name for run in runs for name in run["controllers"]))

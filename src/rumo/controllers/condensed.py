@@ -8,8 +8,9 @@ from rumo.controllers.condensing import Condensed, condense, quadratic_program
 from rumo.controllers.fallback import Trajectory
 from rumo.controllers.gate import gate_stages
 from rumo.controllers.policy import Candidate, PolicyController
-from rumo.controllers.qp import QpOptions, solve
+from rumo.controllers.qp import QpOptions, QuadraticProgram, solve
 from rumo.signals import Array
+from rumo.status import Status
 
 
 class CondensedController(PolicyController):
@@ -43,7 +44,7 @@ class CondensedController(PolicyController):
         known = np.r_[x - guess.x[0], du_decided.ravel(), 1.0]
         reference = np.column_stack([window[name][1:] for name in problem.outputs])
         program = quadratic_program(condensed, problem, known, reference, guess.u[d:], self._applied[-1])
-        v, status = solve(program, self.qp)
+        v, status = self._optimize(program)
 
         # x = x_g + dx, u = u_g + du
         dx = condensed.x_known @ known + condensed.x_free @ v
@@ -52,3 +53,6 @@ class CondensedController(PolicyController):
         # As linearised: a stiff model's constraints at states that satisfy the dynamics to first order say nothing.
         constraints = (condensed.g_known @ known + condensed.g_free @ v).reshape(problem.horizon, -1)
         return self._assess(trajectory, constraints, status)
+
+    def _optimize(self, program: QuadraticProgram) -> tuple[Array, Status]:
+        return solve(program, self.qp)
