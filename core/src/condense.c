@@ -15,7 +15,6 @@ typedef struct condensed {
     double *response;     /* (N, nx, ld): dx over v */
     double *outputs;      /* (N ny, ld): sqrt(2 Q) dy over v */
     double *rows;         /* (N nc, ld): dG over v */
-    double *norm;         /* (N nc,): Euclidean norms of the rows */
     double *reach;        /* (nx,): how far all inputs' ranges move a state until the end of the horizon, */
     double *near_reach;   /* and until the end of the innovation gate's horizon */
     double *root_weights; /* (N, ny): sqrt(2 Q) */

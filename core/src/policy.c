@@ -72,8 +72,7 @@ static void make_admissible(const rumo_controller *c, const double *before, doub
 static int plausible(rumo_controller *c, const double *x) {
     const int nx = c->s.nx;
     const double width = c->settings.gate_width;
-    if (isinf(width)) return 1;
-    if (!c->has_previous) return 1;
+    if (isinf(width) || !c->has_previous) return 1;
     int expected = 1, agrees = c->implausible > 0, moved = 0;
     for (int r = 0; r < nx; ++r) {
         double span = 0.0;

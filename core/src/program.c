@@ -46,11 +46,11 @@ RARE static int sane(const rumo_qp_data *d) {
 }
 
 /* Take the data over. Prices of a former call and multipliers that came from them do not fit new ones. */
-static void take_over(program *p, const rumo_qp_data *data, int warm) {
+static void take_over(program *p, const rumo_qp_data *data) {
     qp *q = &p->q;
     const int n = data->variables, m = data->rows;
     const size_t prices = (size_t)m * sizeof(double);
-    if (!warm || memcmp(q->l1 + q->dense, data->l1, prices) != 0 || memcmp(q->l2 + q->dense, data->l2, prices) != 0)
+    if (memcmp(q->l1 + q->dense, data->l1, prices) != 0 || memcmp(q->l2 + q->dense, data->l2, prices) != 0)
         clear_members(q);
     for (int i = 0; i < n; ++i) copy(p->hessian + (ptrdiff_t)i * q->ld, data->hessian + (ptrdiff_t)i * n, n);
     for (int i = 0; i < m; ++i) {
@@ -104,7 +104,7 @@ static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_setting
     if (!sane(data)) return result;
     qp *q = &p->q;
     double start = seconds_now();
-    take_over(p, data, warm);
+    take_over(p, data);
     const qp_limits limits = {settings->qp_iterations, settings->qp_tolerance, settings->qp_seconds};
     const int impossible = crossed(q, limits.tolerance);
     if (impossible >= 0) {

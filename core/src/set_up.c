@@ -109,7 +109,6 @@ RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     d->response = take_doubles(a, (ptrdiff_t)s.N * s.nx * s.ld);
     d->outputs = take_doubles(a, (ptrdiff_t)s.N * s.ny * s.ld);
     d->rows = take_doubles(a, (ptrdiff_t)s.N * s.nc * s.ld);
-    d->norm = take_doubles(a, s.N * s.nc);
     d->reach = take_doubles(a, s.nx);
     d->near_reach = take_doubles(a, s.nx);
     d->root_weights = take_doubles(a, s.N * s.ny);

@@ -18,7 +18,6 @@ typedef struct run {
     rumo_settings settings;
     double *x, *reference, *told; /* what the controller is told, told: (max(delay, 1), nu) */
     rumo_plan plan;
-    long steps;
     long long counts[RUMO_STATUS_COUNT]; /* since the last reset */
     long all[RUMO_STATUS_COUNT];
     int unsolved; /* steps in a row */
@@ -139,7 +138,6 @@ static void check_outcome(run *r) {
     r->unsolved = solved ? 0 : r->unsolved + 1;
     if (r->unsolved > s->horizon - s->delay - 1)
         CHECK(plan->status == RUMO_PLAN_EXHAUSTED, "%s: %d steps with one plan", r->f->name, r->unsolved);
-    ++r->steps;
     ++r->counts[plan->status];
     ++r->all[plan->status];
     CHECK(memcmp(r->counts, rumo_core.counts(r->c), sizeof r->counts) == 0, "%s: counts", r->f->name);
@@ -153,7 +151,7 @@ static void restart(run *r) {
     rumo_core.reset(r->c);
     r->settings = usual;
     rumo_core.configure(r->c, &r->settings);
-    r->steps = r->unsolved = 0;
+    r->unsolved = 0;
     memset(r->counts, 0, sizeof r->counts);
     copy(rumo_core.applied(r->c), f->applied, decided_of(&f->problem->sizes));
     rumo_core.step(r->c, f->x, f->reference, &r->plan);

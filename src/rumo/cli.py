@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-from collections.abc import Generator
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -20,6 +20,9 @@ from rich.text import Text
 import rumo
 from rumo.errors import ArgumentError, PlantError, RumoError, UnknownNameError
 from rumo.report.tables import Table, claims_table, controllers_table
+
+if TYPE_CHECKING:
+    from rumo.report.charts import Chart, Panels
 
 app = typer.Typer(
     help=rumo.__doc__, no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False
@@ -99,7 +102,7 @@ def bench(
             _print(solver_table(runs[0]["qp_solvers"]), "QP solvers, cold, called from Python; microseconds")
         if json_file is not None:
             content = {"machine": runs[0]["machine"], "runs": runs} if sweep else runs[0]
-            json_file.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+            _write_json(content, json_file)
 
 
 @study.command()
@@ -112,7 +115,6 @@ def paper(
     """The paper's case study: a car follows a sine path in wind, with noisy sensors."""
     with _errors_in_words():
         from rumo.report.charts import paper_charts
-        from rumo.report.figures import write_figures
         from rumo.report.page import Section, write_page
         from rumo.report.paper import summary
         from rumo.simulation.log import save
@@ -137,13 +139,8 @@ def paper(
                     raise
                 save(logs[name], folder / f"log-{name}.nc")
             content = summary(logs)
-            text = json.dumps(content, indent=2, allow_nan=False)
-            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
             charts = paper_charts(logs)
-            task = progress.add_task("figures", total=len(charts))
-            for chart in charts:
-                write_figures([chart], folder)
-                progress.advance(task)
+            _write(content, charts, folder, progress)
             lead = (
                 f"A car follows a sine path at {settings.path.speed:g} m/s for {duration:g} s in wind, with noisy, "
                 f"filtered measurements; horizon {content['horizon']}, sampling period "
@@ -171,7 +168,6 @@ def faults(
     with _errors_in_words():
         from rumo.report.charts import label
         from rumo.report.faults import LAST_COLUMN, fault_panels, fault_sections, faults_table, summary
-        from rumo.report.figures import write_figures
         from rumo.report.page import write_page
         from rumo.simulation.log import save
         from rumo.studies.faults import FaultStudy
@@ -189,13 +185,8 @@ def faults(
                     if drive.log is not None:
                         save(drive.log, folder / f"log-{name}-{fault}.nc")
             content = summary(settings, drives)
-            text = json.dumps(content, indent=2, allow_nan=False)
-            (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
             figures = fault_panels(drives)
-            task = progress.add_task("figures", total=len(figures))
-            for figure in figures:
-                write_figures([figure], folder)
-                progress.advance(task)
+            _write(content, figures, folder, progress)
             lead = (
                 f"A car follows a sine path at {settings.base.path.speed:g} m/s in wind, with noisy, unfiltered "
                 f"measurements; after {settings.start:g} s come {settings.count} bad samples. Seed {seed}, "
@@ -228,6 +219,21 @@ def _writable(folder: Path) -> Path:
             "--output", f"'{folder}' ({error.strerror})", "a folder that can be written", "Name another folder."
         ) from None
     return folder
+
+
+def _write(content: Mapping[str, Any], figures: Sequence[Chart | Panels], folder: Path, progress: Progress) -> None:
+    """A study's summary and figures."""
+    from rumo.report.figures import write_figures
+
+    _write_json(content, folder / "summary.json")
+    task = progress.add_task("figures", total=len(figures))
+    for figure in figures:
+        write_figures([figure], folder)
+        progress.advance(task)
+
+
+def _write_json(content: Mapping[str, Any], path: Path) -> None:
+    path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def _progress() -> Progress:

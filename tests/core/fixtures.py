@@ -8,7 +8,7 @@ from problems import cooled_reactor, pendulum, stiff_reactor, swinging_cart, tan
 import rumo
 from rumo.kernel import describe, problem_source
 from rumo.kernel.description import MATRICES, Description, StageProgram
-from rumo.kernel.export import array_source
+from rumo.kernel.export import ARRAYS, array_source
 from rumo.kernel.tape import Tape
 from rumo.references import SinePath
 from rumo.studies import PaperStudy
@@ -167,24 +167,7 @@ def pattern_header(count=24, seed=1):
             first[name], slots = slots, slots + len(positions[name])
         tape = Tape(np.zeros((0, 4), dtype=np.int32), np.zeros(0), 1)
         sizes = {"horizon": 8, "states": nx, "inputs": nu, "outputs": 0, "constraints": 0, "parameters": 0, "delay": 0}
-        empty = dict.fromkeys(
-            (
-                "output_weights",
-                "move_weights",
-                "input_scales",
-                "input_lower",
-                "input_upper",
-                "move_lower",
-                "move_upper",
-                "safe_input",
-                "constraint_scales",
-                "l1",
-                "l2",
-                "imposed",
-                "parameter_values",
-            ),
-            np.zeros(0),
-        )
+        empty = {name: np.zeros(0) for name in (*ARRAYS, "parameter_values") if name != "fixed"}
         description: Description = describe(StageProgram(tape, np.zeros(slots), first, positions), sizes, empty)
         parts.append(problem_source(description, f"pattern_{index}"))
         names.append(f"&pattern_{index}")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from qps import CoreQp, assert_solved, least_violation, solve
+from qps import CoreQp, assert_answered, solve
 from qps.random import SOFTNESS, degenerate, program, size
 
 from rumo.status import Status
@@ -30,9 +30,7 @@ def same(core, p):
     assert warm.status is cold.status
     if cold.status is Status.OPTIMAL:
         np.testing.assert_allclose(warm.v, cold.v, atol=1e-8)
-        assert_solved(p, warm)
-    else:
-        assert least_violation(p, warm.conflict) > 1e-9
+    assert_answered(p, warm)
     return warm, cold
 
 

@@ -113,17 +113,22 @@ FIELDS = tuple(vars(program(0, 2, 2)))
 HARMLESS = {("lower", -np.inf), ("upper", np.inf), ("row_lower", -np.inf), ("row_upper", np.inf), ("l1", np.inf)}
 
 
+def spoiled(p, name, value):
+    """The program with each number of an array replaced in turn; of the Hessian, the upper triangle is what counts."""
+    for index in np.ndindex(getattr(p, name).shape):
+        if name != "hessian" or index[0] <= index[1]:
+            array = getattr(p, name).copy()
+            array[index] = value
+            yield replace(p, **{name: array})
+
+
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("name", FIELDS)
 def test_data_that_are_no_numbers(name, value):
     p = program(3, 5, 7, softness="mixed")
     core = CoreQp(5, 7)
-    for index in np.ndindex(getattr(p, name).shape):
-        if name == "hessian" and index[0] > index[1]:
-            continue  # the upper triangle is what counts
-        array = getattr(p, name).copy()
-        array[index] = value
-        answer = core.solve(replace(p, **{name: array}), warm=True)
+    for other in spoiled(p, name, value):
+        answer = core.solve(other, warm=True)
         if (name, value) in HARMLESS:
             assert answer.status is Status.OPTIMAL or answer.conflict
         else:
@@ -135,12 +140,8 @@ def test_data_that_are_no_numbers(name, value):
 @pytest.mark.parametrize("name", FIELDS)
 def test_enormous_data_end_somehow(name, value):
     p = program(3, 5, 7, softness="mixed")
-    for index in np.ndindex(getattr(p, name).shape):
-        if name == "hessian" and index[0] > index[1]:
-            continue
-        array = getattr(p, name).copy()
-        array[index] = value
-        answer = solve(replace(p, **{name: array}))
+    for other in spoiled(p, name, value):
+        answer = solve(other)
         if answer.status is Status.OPTIMAL:
             assert np.isfinite(answer.v).all()
             assert np.isfinite(answer.multipliers).all()

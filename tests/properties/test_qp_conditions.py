@@ -1,25 +1,22 @@
 """Whatever the QP solver of the C core calls solved satisfies the optimality conditions; they need no other solver."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from qps import assert_solved, least_violation, solve
+from qps import assert_answered, solve
 from qps.random import SOFTNESS, degenerate, in_units, program, size
 
 from rumo.controllers.qp import QuadraticProgram
-from rumo.status import Status
 
 
 def check(p, tolerance=1e-9):
     """A proof of either answer."""
     answer = solve(p)
-    if answer.conflict:
-        assert answer.status is Status.SOLVER_FAILED
-        assert least_violation(p, answer.conflict) > 1e-9
-    else:
-        assert_solved(p, answer, tolerance)
+    assert_answered(p, answer, tolerance)
     return answer
 
 
@@ -53,7 +50,7 @@ def test_prices_from_almost_nothing_to_almost_hard():
         soft = np.isfinite(p.l1)
         l1 = np.where(soft, 10.0 ** rng.uniform(-9.0, 6.0, m), np.inf)
         l2 = np.where(soft & (rng.uniform(size=m) < 0.7), 10.0 ** rng.uniform(-9.0, 6.0, m), 0.0)
-        check(QuadraticProgram(*(getattr(p, name) for name in list(vars(p))[:-2]), l1, l2))
+        check(replace(p, l1=l1, l2=l2))
 
 
 @pytest.mark.slow
@@ -120,7 +117,7 @@ def test_it_does_not_cycle_in_a_corner():
                 small * np.eye(n), gradient, np.full(n, -np.inf), np.full(n, np.inf), rows,
                 np.full(m, -np.inf), upper, np.full(m, np.inf), np.zeros(m),
             )  # fmt: skip
-            lower = QuadraticProgram(**(vars(p) | {"lower": np.zeros(n)}))
+            lower = replace(p, lower=np.zeros(n))
             for q in (p, lower):
                 assert check(q).iterations < 100
 

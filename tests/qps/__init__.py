@@ -1,6 +1,6 @@
 """Quadratic programs: the C core's solver and others, what proves their answers, and where programs come from."""
 
-from qps.proofs import Residuals, assert_solved, least_violation, residuals
+from qps.proofs import Residuals, assert_answered, assert_solved, least_violation, residuals
 from rumo.bench.qp_solvers import CoreQp, Solution
 
 
@@ -9,4 +9,13 @@ def solve(program, **settings):
     return CoreQp(len(program.gradient), len(program.rows)).solve(program, **settings)
 
 
-__all__ = ["CoreQp", "Residuals", "Solution", "assert_solved", "least_violation", "residuals", "solve"]
+__all__ = [
+    "CoreQp",
+    "Residuals",
+    "Solution",
+    "assert_answered",
+    "assert_solved",
+    "least_violation",
+    "residuals",
+    "solve",
+]

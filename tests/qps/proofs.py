@@ -73,6 +73,15 @@ def assert_solved(program: QuadraticProgram, solution: Solution, tolerance: floa
     assert worst.worst < tolerance, worst
 
 
+def assert_answered(program: QuadraticProgram, solution: Solution, tolerance: float = 1e-9) -> None:
+    """Prove that a solution is one, or that there is none."""
+    if solution.conflict:
+        assert solution.status is Status.SOLVER_FAILED
+        assert least_violation(program, solution.conflict) > 1e-9
+    else:
+        assert_solved(program, solution, tolerance)
+
+
 def least_violation(program: QuadraticProgram, conflict: tuple[int, ...]) -> float:
     """Least distance from the hard limits of some rows (bounds first) that any v has, by an LP; in units of v."""
     rows, lower, upper, l1, _, norm = stacked(program)

@@ -10,19 +10,10 @@ import numpy as np
 from problems import cooled_reactor, stiff_reactor, swinging_cart
 
 import rumo
+from rumo.bench import SCENARIOS
 from rumo.controllers import condensed
 from rumo.controllers.qp import QuadraticProgram
-from rumo.references import SinePath
 from rumo.registry import CONTROLLERS
-from rumo.studies import PaperStudy
-from rumo.vehicles import PAPER_CAR
-
-LIMIT_WEIGHTS = {
-    "p_x": rumo.Weight(10.0, 50.0),
-    "p_y": rumo.Weight(10.0, 6.0),
-    "psi": rumo.Weight(1.0, 0.6),
-    "v_x": rumo.Weight(1.0, 10.0),
-}
 
 
 def recording(drive: Callable[[], object]) -> list[QuadraticProgram]:
@@ -45,9 +36,7 @@ def reference(problem: rumo.Problem) -> rumo.RealTimeIteration:
 
 def study(duration: float, at_the_limit: bool = False, hard: bool = False, **changes) -> list[QuadraticProgram]:
     """The paper's car: easy, or at the limit of friction (12 m/s on a sine of 3 m and 50 m); circles soft or hard."""
-    settings = PaperStudy(("rti",), duration=duration, **changes)
-    if at_the_limit:
-        settings = replace(settings, path=SinePath(3.0, 50.0, 12.0, PAPER_CAR), weights=LIMIT_WEIGHTS)
+    settings = replace(SCENARIOS["limit" if at_the_limit else "easy"], duration=duration, **changes)
     if hard:
         settings = replace(settings, penalty=None)
 

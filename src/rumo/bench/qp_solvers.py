@@ -69,15 +69,20 @@ class _Recorder(ReferenceRti):
 
 
 def record_programs(recording: Recording, most: int = PROGRAMS) -> list[QuadraticProgram]:
-    """Programs of the first samples whose rows can all hold, as hard rows: not every solver knows soft ones."""
+    """Programs of the first samples, as hard ones: not every solver knows soft rows."""
     recorder = _Recorder(recording.problem)
     assert isinstance(recorder, _Recorder)
     recorder.recorded = []
     for i in range(min(most, len(recording))):
         recorder.applied = recording.applied[i]
         recorder.step(recording.x[i], recording.reference[i])
-    hard = [dataclasses.replace(p, l1=np.full(len(p.rows), np.inf)) for p in recorder.recorded]
-    return [p for p in hard if CoreQp(*p.rows.shape[::-1]).solve(p).status is Status.OPTIMAL]
+    return as_hard(recorder.recorded)
+
+
+def as_hard(programs: list[QuadraticProgram]) -> list[QuadraticProgram]:
+    """The same programs with hard rows, but for those whose rows cannot all hold."""
+    hard = [dataclasses.replace(p, l1=np.full(len(p.rows), np.inf)) for p in programs]
+    return [p for p in hard if _call("core", p)() is not None]
 
 
 def installed() -> list[str]:
@@ -98,27 +103,29 @@ def measure_solvers(programs: list[QuadraticProgram], names: list[str]) -> dict[
         By name: `us` (n,), the median of a few rounds for each program [us]; `solved`, how many it solved;
         `difference`, the largest of any v from the core's, in units of the inputs' ranges.
     """
-    answers = [CoreQp(*p.rows.shape[::-1]).solve(p).v for p in programs]
-    results: dict[str, dict[str, Any]] = {}
+    answers = [_call("core", p)() for p in programs]
     calls = {name: [_call(name, p) for p in programs] for name in names}
     times = {name: np.zeros((ROUNDS, len(programs))) for name in names}
+    far: dict[str, list[float]] = {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of dense matrices turned into sparse ones
         for turn in range(ROUNDS):
             for name in names:
-                for i, call in enumerate(calls[name]):
+                far[name] = []
+                for i, (call, answer) in enumerate(zip(calls[name], answers, strict=True)):
                     start = perf_counter_ns()
-                    call()
+                    v = call()
                     times[name][turn, i] = 1e-3 * (perf_counter_ns() - start)
-        for name in names:
-            found = [call() for call in calls[name]]
-            far = [np.abs(v - answer).max() for v, answer in zip(found, answers, strict=True) if v is not None]
-            results[name] = {
-                "us": np.median(times[name], axis=0),
-                "solved": len(far),
-                "difference": float(max(far, default=np.nan)),
-            }
-    return results
+                    if v is not None and answer is not None:
+                        far[name].append(float(np.abs(v - answer).max()))
+    return {
+        name: {
+            "us": np.median(times[name], axis=0),
+            "solved": len(far[name]),
+            "difference": max(far[name], default=np.nan),
+        }
+        for name in names
+    }
 
 
 def _call(name: str, program: QuadraticProgram) -> Callable[[], Array | None]:

@@ -9,20 +9,12 @@ import numpy as np
 from rumo.problem import Problem
 from rumo.references import SinePath
 from rumo.signals import Array
-from rumo.studies.paper import SAMPLING_TIME, PaperStudy
-from rumo.terms import Weight
+from rumo.studies.paper import CLOSE_WEIGHTS, SAMPLING_TIME, PaperStudy
 from rumo.vehicles import PAPER_CAR
-
-LIMIT_WEIGHTS = {
-    "p_x": Weight(10.0, 50.0),
-    "p_y": Weight(10.0, 6.0),
-    "psi": Weight(1.0, 0.6),
-    "v_x": Weight(1.0, 10.0),
-}
 
 SCENARIOS = {
     "easy": PaperStudy(("rti",)),
-    "limit": PaperStudy(("rti",), path=SinePath(3.0, 50.0, 12.0, PAPER_CAR), weights=LIMIT_WEIGHTS),
+    "limit": PaperStudy(("rti",), path=SinePath(3.0, 50.0, 12.0, PAPER_CAR), weights=CLOSE_WEIGHTS),
 }
 """The paper's drive at 8 m/s, and one at 12 m/s whose friction circles are violated at times."""
 

@@ -43,10 +43,11 @@ def summary(times: Mapping[str, Array], horizon: int, scenario: str) -> dict[str
 
 def _percentiles(times: Array) -> dict[str, dict[str, float]]:
     columns = dict(zip(PHASES, (times[:, 0], times[:, 1], times.sum(axis=1)), strict=True))
-    return {
-        phase: {name: float(np.percentile(values, share)) for name, share in PERCENTILES.items()}
-        for phase, values in columns.items()
-    }
+    return {phase: _percentiles_of(values) for phase, values in columns.items()}
+
+
+def _percentiles_of(values: Array) -> dict[str, float]:
+    return {name: float(np.percentile(values, share)) for name, share in PERCENTILES.items()}
 
 
 def machine() -> dict[str, Any]:
@@ -79,7 +80,7 @@ def percentile_table(content: Mapping[str, Any]) -> Table:
 def solver_summary(results: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Percentiles of each QP solver's times, how many programs it solved, how far its answers were from the core's."""
     return {
-        name: {p: float(np.percentile(result["us"], share)) for p, share in PERCENTILES.items()}
+        name: _percentiles_of(result["us"])
         | {"solved": result["solved"], "difference": result["difference"] if result["solved"] else None}
         for name, result in results.items()
     }

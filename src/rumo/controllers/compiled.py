@@ -29,13 +29,9 @@ class CompiledRti(RealTimeIteration):
         super().__init__(*arguments, **options)
         description = self._describe()
         self._build: Build = portable() if self._requested == "portable" else tailored(description)
+        self._backend = self._build.name
         self._core = Core(self._build.table, description.values, asdict(self._settings()))
         self.reset()
-
-    @property
-    def backend(self) -> str:
-        """What computes the steps."""
-        return self._build.name
 
     @property
     def qp(self) -> QpOptions:

@@ -17,10 +17,7 @@ STRAYED = 0.03
 class ReferenceRti(RealTimeIteration, CondensedController):
     """`RealTimeIteration(problem, backend="reference")`."""
 
-    @property
-    def backend(self) -> str:
-        """What computes the steps."""
-        return "reference"
+    _backend = "reference"
 
     def _prepare(self, guess: Trajectory) -> bool:
         # A plan made from a wild measurement would keep misleading its successors.

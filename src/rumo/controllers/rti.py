@@ -63,6 +63,7 @@ class RealTimeIteration(Controller):
     """
 
     name = "rti"
+    _backend: str
 
     def __new__(cls, *arguments: Any, **options: Any) -> RealTimeIteration:
         """Choose the class that implements a backend."""
@@ -105,7 +106,7 @@ class RealTimeIteration(Controller):
     @property
     def backend(self) -> str:
         """What computes the steps."""
-        raise NotImplementedError
+        return self._backend
 
     if TYPE_CHECKING:
         # A type checker does not see that making one makes one of a class that has all these.

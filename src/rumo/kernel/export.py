@@ -23,7 +23,7 @@ _ELIMINATION = {
 }
 """Members of `rumo_elimination`, and what a description calls them."""
 
-_ARRAYS = (
+ARRAYS = (
     "fixed",
     "output_weights",
     "move_weights",
@@ -84,7 +84,7 @@ def problem_source(description: Description, name: str = "problem") -> str:
         "y": str(values["y_first"]),
         "G": str(values["G_first"]),
         "elimination": elimination(),
-        **{key: array(key) for key in _ARRAYS},
+        **{key: array(key) for key in ARRAYS},
         "parameters": array("parameter_values"),
     }
     body = "".join(f"    .{member} = {value},\n" for member, value in members.items())

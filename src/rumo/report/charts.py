@@ -60,8 +60,8 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Chart:
-    """A figure's content.
+class Content:
+    """What all figures have.
 
     Attributes
     ----------
@@ -69,6 +69,20 @@ class Chart:
         File name without ending.
     title, x_label, y_label : str
         Labels with units.
+    """
+
+    key: str
+    title: str
+    x_label: str
+    y_label: str
+
+
+@dataclass(frozen=True)
+class Chart(Content):
+    """Lines or a histogram on one pair of axes.
+
+    Attributes
+    ----------
     lines : tuple of Line
         Curves.
     histogram : Line or None
@@ -79,10 +93,6 @@ class Chart:
         The same scale on both axes.
     """
 
-    key: str
-    title: str
-    x_label: str
-    y_label: str
     lines: tuple[Line, ...] = field(default_factory=tuple)
     histogram: Line | None = None
     marker: tuple[float, str] | None = None
@@ -94,25 +104,17 @@ COLUMNS = 2
 
 
 @dataclass(frozen=True)
-class Panels:
+class Panels(Content):
     """Small multiples: axes of one scale, each with a title, lines, and the time of the bad samples shaded.
 
     Attributes
     ----------
-    key : str
-        File name without ending.
-    title, x_label, y_label : str
-        Labels with units.
     panels : tuple of (str, tuple of Line)
         Title and curves of each.
     shaded : tuple of float
         From when to when samples are bad [s].
     """
 
-    key: str
-    title: str
-    x_label: str
-    y_label: str
     panels: tuple[tuple[str, tuple[Line, ...]], ...]
     shaded: tuple[float, float]
 

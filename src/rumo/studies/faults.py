@@ -26,23 +26,13 @@ from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
 from rumo.signals import Array, Signals
 from rumo.simulation import Constant, Plant, Sensors, simulate
-from rumo.studies.paper import SAMPLING_TIME, PaperStudy
-from rumo.terms import Weight
+from rumo.studies.paper import CLOSE_WEIGHTS, SAMPLING_TIME, PaperStudy
 from rumo.vehicles import PAPER_CAR, four_wheel
 
 if TYPE_CHECKING:
     import xarray as xr
 
-BASE = PaperStudy(
-    weights={
-        "p_x": Weight(10.0, 50.0),
-        "p_y": Weight(10.0, 6.0),
-        "psi": Weight(1.0, 0.6),
-        "v_x": Weight(1.0, 10.0),
-    },
-    estimator=None,
-    initial_error=0.0,
-)
+BASE = PaperStudy(weights=CLOSE_WEIGHTS, estimator=None, initial_error=0.0)
 """The drive that is disturbed: the paper's path, wind and noise, but raw measurements and a start on the path."""
 
 ABSURD_STEERING = 100.0

@@ -35,6 +35,14 @@ WIND = RandomWalk(mean=2.0, std=1.5)
 TYRE = ModifiedDugoff()
 CORRECTED = AsPrinted()
 
+CLOSE_WEIGHTS = {
+    "p_x": Weight(10.0, 50.0),
+    "p_y": Weight(10.0, 6.0),
+    "psi": Weight(1.0, 0.6),
+    "v_x": Weight(1.0, 10.0),
+}
+"""Weights that keep the car closer to its path than the paper's."""
+
 NOISE = {
     "p_x": 0.05,
     "p_y": 0.05,
