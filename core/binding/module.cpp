@@ -99,9 +99,12 @@ private:
 
 rumo_problem problem_from(Description &d) {
     rumo_problem p{};
-    p.sizes = {d.number("horizon"),     d.number("states"),     d.number("inputs"), d.number("outputs"),
-               d.number("constraints"), d.number("parameters"), d.number("delay"),  d.number("slots")};
+    p.sizes = {d.number("horizon"),     d.number("states"),     d.number("algebraic"), d.number("inputs"),
+               d.number("outputs"),     d.number("constraints"), d.number("parameters"), d.number("delay"),
+               d.number("inner"),       d.number("substeps"),   d.number("explicit_scheme"), d.number("slots")};
     p.tape = {d.length("code"), d.number("registers"), d.ints("code"), d.doubles("constants")};
+    p.inner_tape = {d.length("inner_code"), d.number("inner_registers"), d.ints("inner_code"),
+                    d.doubles("inner_constants")};
     p.fixed = d.doubles("fixed");
     p.A0 = d.pattern("A0");
     p.M = d.pattern("M");
@@ -110,12 +113,18 @@ rumo_problem problem_from(Description &d) {
     p.Cu = d.pattern("Cu");
     p.D = d.pattern("D");
     p.E = d.pattern("E");
+    p.defect = d.number("defect_first");
     p.y = d.number("y_first");
     p.G = d.number("G_first");
     p.elimination = {d.length("block_size"),    d.ints("block_size"),    d.ints("block_width"), d.ints("block_loads"),
-                     d.ints("block_updates"),   d.ints("block_stores"),  d.ints("block_states"), d.ints("load"),
+                     d.ints("block_updates"),   d.ints("block_stores"),  d.ints("block_unknowns"), d.ints("load"),
                      d.ints("update"),          d.ints("store"),         d.length("result_row"), d.ints("result_row"),
                      d.ints("result_column")};
+    p.composition = {d.length("composition_row"), d.ints("composition_row"),      d.ints("composition_column"),
+                     d.ints("composition_start"), d.ints("composition_own"), d.ints("composition_products"),
+                     d.ints("composition_product")};
+    p.inner_signals = d.ints("inner_signals");
+    p.algebraic_guess = d.doubles("algebraic_guess");
     p.output_weights = d.doubles("output_weights");
     p.move_weights = d.doubles("move_weights");
     p.input_scales = d.doubles("input_scales");
@@ -149,7 +158,8 @@ public:
         memory_ = std::make_unique<unsigned char[]>(api_->size(&problem));
         core_ = api_->create(&problem, &chosen, memory_.get());
         const auto &s = sizes_;
-        count_ = static_cast<std::size_t>(s.horizon * s.inputs + (s.horizon + 1) * s.states + s.horizon * s.constraints);
+        count_ = static_cast<std::size_t>(s.horizon * s.inputs + (s.horizon + 1) * s.states +
+                                          s.horizon * (s.constraints + s.algebraic));
     }
 
     void configure(nb::dict settings) {

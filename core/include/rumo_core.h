@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 1
+#define RUMO_CORE_VERSION 2
 
 /* What a step came to; the order is that of rumo.Status. */
 typedef enum rumo_status {
@@ -30,7 +30,7 @@ typedef enum rumo_status {
 /* Operations of a tape; a and b are registers. */
 typedef enum rumo_operation {
     RUMO_CONSTANT, /* its constant */
-    RUMO_INPUT,    /* a: argument (0 z, 1 x, 2 u, 3 p), b: element */
+    RUMO_INPUT,    /* a: argument (see rumo_tape), b: element */
     RUMO_OUTPUT,   /* result: slot, a: register */
     RUMO_ASSIGN,
     RUMO_ADD,
@@ -81,7 +81,8 @@ typedef enum rumo_operation {
     RUMO_OPERATION_COUNT
 } rumo_operation;
 
-/* A straight-line program that computes the terms of one stage from (z, x, u, p). */
+/* A straight-line program that computes the terms of one substep from its arguments: 0 the state at its end, 1 the one
+ * at its beginning, 2 inputs, 3 parameters, 4 its other unknowns (algebraic variables at the end, then inner ones). */
 typedef struct rumo_tape {
     int length;
     int registers;
@@ -95,34 +96,54 @@ typedef struct rumo_pattern {
     const int *row, *column; /* (count,) */
 } rumo_pattern;
 
-/* How the implicit states of a stage are solved for, block by block of I - A1 in triangular order.
+/* How the unknowns w of a substep are solved for, M dw = A0 dx + B du + defect, block by block of M in triangular order.
  *
- * A block's work is a dense matrix (size, size + width + 1): its part of I - A1, then those columns of
- * (A0, B, defect) that reach it, then the unit of the row. The result [A | B | c] is sparse, entry by entry.
+ * A block's work is a dense matrix (size, size + width + 1): its part of M, then those columns of (A0, B, defect) that
+ * reach it, then the unit of the row. The result [A | B | c] is sparse, entry by entry.
  */
 typedef struct rumo_elimination {
     int blocks;
     const int *size, *width, *loads, *updates, *stores; /* (blocks,): the last three count entries */
-    const int *states;                                  /* (states,): the states of each block in turn */
+    const int *unknowns;                                /* (nw,): the unknowns of each block in turn */
     const int *load;                                    /* (sum, 2): slot, place in the work */
-    const int *update;                                  /* (sum, 3): slot of I - A1, entry of the result, place */
+    const int *update;                                  /* (sum, 3): slot of M, entry of the result, place */
     const int *store;                                   /* (sum, 2): place, entry of the result */
     int entries;
     const int *row, *column; /* (entries,): of the result, sorted by rows; column nx + nu is c */
 } rumo_elimination;
 
+/* How the maps of substeps become that of their interval; no entries where there is but one.
+ *
+ * Entry e of the interval's map [A | B | c] is the substep's entry own[e] (-1: none) in its columns of B and c, plus the
+ * sum over `products[e]` pairs of the substep's entry and the entry of the map so far.
+ */
+typedef struct rumo_composition {
+    int entries;
+    const int *row, *column; /* (entries,): sorted by rows, of states and algebraic variables at the end */
+    const int *start;        /* (entries,): the substep's entry at the same place, with which the map starts; -1: none */
+    const int *own, *products;
+    const int *product;      /* (sum, 2) */
+} rumo_composition;
+
 typedef struct rumo_sizes {
-    int horizon, states, inputs, outputs, constraints, parameters, delay, slots;
+    int horizon, states, algebraic, inputs, outputs, constraints, parameters, delay;
+    int inner;           /* unknowns of a substep besides states and algebraic variables at its end */
+    int substeps;        /* of an interval */
+    int explicit_scheme; /* the end of a substep follows from its beginning: there are no other unknowns */
+    int slots;
 } rumo_sizes;
 
 /* The problem in raw units. Infinite limits and infinite l1 (a hard row) are allowed. */
 typedef struct rumo_problem {
     rumo_sizes sizes;
-    rumo_tape tape;
-    const double *fixed;                      /* (slots,): terms that are constant; NaN where the tape computes */
-    rumo_pattern A0, M, B, Cx, Cu, D, E;      /* M = I - A1 */
-    int y, G;                                 /* first terms of the vectors */
+    rumo_tape tape, inner_tape;               /* of the last substep, and of those before, without y, G, Cx .. E */
+    const double *fixed;                      /* (slots,): terms that are constant; NaN where a tape computes */
+    rumo_pattern A0, M, B, Cx, Cu, D, E;      /* of a stage, by (x, z) at the end: Cx, D */
+    int y, G, defect;                         /* first terms of the vectors; all terms: y, G, defect, A0, M, B, Cx .. E */
     rumo_elimination elimination;
+    rumo_composition composition;
+    const int *inner_signals;                 /* (unknowns of an interval but its state,): as a position in (x, z) */
+    const double *algebraic_guess;            /* (nz,) */
     const double *output_weights;             /* (N, ny) */
     const double *move_weights;               /* (N, nu) */
     const double *input_scales;               /* (nu,) */
@@ -146,7 +167,7 @@ typedef struct rumo_settings {
 
 /* What a step returns; the arrays belong to the controller and stay until its next call. */
 typedef struct rumo_plan {
-    const double *numbers; /* u (N, nu), then x (N + 1, nx), then slacks (N, nc) */
+    const double *numbers; /* u (N, nu), then x (N + 1, nx), then slacks (N, nc), then z (N, nz) */
     int count;
     rumo_status status, cause;
     int iterations;            /* of the QP solver */

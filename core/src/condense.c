@@ -1,18 +1,22 @@
 /* From stages dx_i = A dx_{i-1} + B du_{i-1} + c to a dense quadratic program in the free inputs v = du / range.
  *
+ * Rows of a stage are states, then algebraic variables at its end; of these only states go on to the next.
+ *
  * Index k = 0 .. N-1 stands for stage i = k + 1. An input acts on its own stage and those after it: columns of earlier
  * stages are skipped, not multiplied.
  */
 
 typedef struct dims {
-    int N, d, nx, nu, ny, nc, lanes; /* lanes: stages, padded */
-    int n, ld;                       /* free inputs; length of a row of them, padded */
-    int width, ldx;                  /* columns of (A, B, c); states, padded */
+    int N, d, nx, nz, nu, ny, nc, lanes; /* lanes: stages, padded */
+    int m, nw, ni;                       /* substeps, unknowns of each; of an interval but its state at the end */
+    int explicit_scheme;
+    int n, ld;                           /* free inputs; length of a row of them, padded */
+    int rows, width, ldx;                /* rows nx + nz and columns of a stage's (A, B, c); rows, padded */
 } dims;
 
 typedef struct condensed {
     double *stages;       /* (N, nx + nu + 1, ldx): columns of A, B and c */
-    double *response;     /* (N, nx, ld): dx over v */
+    double *response;     /* (N, rows, ld): dx and dz over v */
     double *outputs;      /* (N ny, ld): sqrt(2 Q) dy over v */
     double *rows;         /* (N nc, ld): dG over v */
     double *reach;        /* (nx,): how far all inputs' ranges move a state until the end of the horizon, */
@@ -33,11 +37,11 @@ typedef struct sparse {
 /* Free inputs that act on stage k. */
 static inline int inputs_at(const dims *s, int k) { return k < s->d ? 0 : (k + 1 - s->d) * s->nu; }
 
-/* result (entries, lanes) to the columns of each stage. */
-static void spread(const dims *s, const rumo_elimination *plan, const double *restrict result, double *restrict stages) {
-    for (int e = 0; e < plan->entries; ++e) {
-        double *restrict place = stages + plan->column[e] * s->ldx + plan->row[e];
-        const double *restrict values = result + (ptrdiff_t)e * s->lanes;
+/* The stages' maps (entries, lanes) to the columns of each stage. */
+static void spread(const dims *s, const sparse *map, const int *row, const double *restrict maps, double *restrict stages) {
+    for (int e = 0; e < map->start[s->rows]; ++e) {
+        double *restrict place = stages + map->column[e] * s->ldx + row[e];
+        const double *restrict values = maps + (ptrdiff_t)e * s->lanes;
         for (int k = 0; k < s->N; ++k) place[(ptrdiff_t)k * s->width * s->ldx] = values[k];
     }
 }
@@ -62,7 +66,7 @@ static inline void measure(const dims *s, const condensed *c, const double *rest
                            double *restrict row) {
     const double *values = terms + k;
     combine(row, scale, values + (ptrdiff_t)(of_x->first + of_x->start[r]) * s->lanes, s->lanes,
-            of_x->column + of_x->start[r], of_x->start[r + 1] - of_x->start[r], c->response + (ptrdiff_t)k * s->nx * s->ld,
+            of_x->column + of_x->start[r], of_x->start[r + 1] - of_x->start[r], c->response + (ptrdiff_t)k * s->rows * s->ld,
             s->ld, padded(inputs_at(s, k)));
     if (k < s->d) return;
     for (int e = of_u->start[r]; e < of_u->start[r + 1]; ++e) {
@@ -78,26 +82,26 @@ static inline double sum_of_sizes(const double *x, int length) {
     return sum_of_lanes(s);
 }
 
-/* dx over v, stage by stage, from the sparse rows of A and B. */
-static void respond(const dims *s, const sparse *stage, const int *end_of_A, const double *restrict result,
+/* dx and dz over v, stage by stage, from the sparse rows of A and B. */
+static void respond(const dims *s, const sparse *map, const int *end_of_A, const double *restrict maps,
                     const double *input_scales, int near_stages, condensed *c) {
     for (int k = s->d; k < s->N; ++k) {
-        double *now = c->response + (ptrdiff_t)k * s->nx * s->ld;
+        double *now = c->response + (ptrdiff_t)k * s->rows * s->ld;
         const int before = padded(inputs_at(s, k - 1)), length = padded(inputs_at(s, k)), own = (k - s->d) * s->nu;
-        for (int r = 0; r < s->nx; ++r) {
+        for (int r = 0; r < s->rows; ++r) {
             double *restrict row = now + r * s->ld;
-            const double *values = result + (ptrdiff_t)stage->start[r] * s->lanes + k;
+            const double *values = maps + (ptrdiff_t)map->start[r] * s->lanes + k;
             zero(row + before, length - before);
-            combine(row, 1.0, values, s->lanes, stage->column + stage->start[r], end_of_A[r] - stage->start[r],
-                    now - (ptrdiff_t)s->nx * s->ld, s->ld, before);
-            for (int e = end_of_A[r]; e < stage->start[r + 1]; ++e) {
-                const int j = stage->column[e] - s->nx;
-                if (j < s->nu) row[own + j] += result[(ptrdiff_t)e * s->lanes + k] * input_scales[j];
+            combine(row, 1.0, values, s->lanes, map->column + map->start[r], end_of_A[r] - map->start[r],
+                    now - (ptrdiff_t)s->rows * s->ld, s->ld, before);
+            for (int e = end_of_A[r]; e < map->start[r + 1]; ++e) {
+                const int j = map->column[e] - s->nx;
+                if (j < s->nu) row[own + j] += maps[(ptrdiff_t)e * s->lanes + k] * input_scales[j];
             }
         }
     }
-    const double *last = c->response + (ptrdiff_t)(s->N - 1) * s->nx * s->ld;
-    const double *near = c->response + (ptrdiff_t)(near_stages - 1) * s->nx * s->ld;
+    const double *last = c->response + (ptrdiff_t)(s->N - 1) * s->rows * s->ld;
+    const double *near = c->response + (ptrdiff_t)(near_stages - 1) * s->rows * s->ld;
     for (int r = 0; r < s->nx; ++r) {
         c->reach[r] = sum_of_sizes(last + r * s->ld, s->ld);
         c->near_reach[r] = sum_of_sizes(near + r * s->ld, padded(inputs_at(s, near_stages - 1)));

@@ -3,8 +3,8 @@
  *
  *   RUMO_TABLE     name of the exported table of functions
  *   RUMO_BUILD     what it was built for, a string
- *   RUMO_TAILORED  with RUMO_SIZES, the members of rumo_sizes, and RUMO_EVALUATE, a file that defines evaluate() of
- *                  tape.c for one model
+ *   RUMO_TAILORED  with RUMO_SIZES, the members of rumo_sizes, and RUMO_EVALUATE, a file that defines evaluate() and
+ *                  evaluate_inner() of tape.c for one model
  */
 #if !defined(_WIN32) && !defined(_POSIX_C_SOURCE)
 #define _POSIX_C_SOURCE 200809L
@@ -45,11 +45,14 @@ static double seconds_now(void) {
 #include RUMO_EVALUATE
 #endif
 #include "eliminate.c"
+#include "compose.c"
 #include "condense.c"
 #include "rows.c"
 #include "working_set.c"
 #include "refinement.c"
 #include "qp.c"
+#include "controller.h"
+#include "inner.c"
 #include "policy.c"
 #include "set_up.c"
 #include "step.c"

@@ -1,4 +1,4 @@
-/* From the implicit stage (I - A1) dx_i = A0 dx_{i-1} + B du_{i-1} + defect to dx_i = A dx_{i-1} + B du_{i-1} + c.
+/* From a substep's equations M dw = A0 dx + B du + defect to dw = A dx + B du + c.
  *
  * Eight stages at a time, block by block in the triangular order that the sparsity pattern gives, with row pivoting
  * inside each block. Row exchanges are done stage by stage, where one stage needs them.
@@ -67,15 +67,15 @@ static inline void solve_block(double *work, int m, int k) {
 }
 
 /* terms (slots, lanes) to result (entries, lanes). */
-static void eliminate(const rumo_elimination *plan, const double *per_state, const double *restrict terms, int lanes,
+static void eliminate(const rumo_elimination *plan, const double *unit, const double *restrict terms, int lanes,
                       double *restrict work, double *restrict result) {
     for (int first = 0; first < lanes; first += LANES) {
-        const int *load = plan->load, *update = plan->update, *store = plan->store, *states = plan->states;
+        const int *load = plan->load, *update = plan->update, *store = plan->store, *unknowns = plan->unknowns;
         for (int b = 0; b < plan->blocks; ++b) {
             const int m = plan->size[b], k = plan->width[b];
             zero(work, m * (m + k + 1) * LANES);
             for (int i = 0; i < m; ++i)
-                for (int l = 0; l < LANES; ++l) work[((i + 1) * (m + k + 1) - 1) * LANES + l] = per_state[states[i]];
+                for (int l = 0; l < LANES; ++l) work[((i + 1) * (m + k + 1) - 1) * LANES + l] = unit[unknowns[i]];
             for (int e = 0; e < plan->loads[b]; ++e, load += 2)
                 copy(work + load[1] * LANES, terms + (ptrdiff_t)load[0] * lanes + first, LANES);
             for (int e = 0; e < plan->updates[b]; ++e, update += 3) {
@@ -87,36 +87,36 @@ static void eliminate(const rumo_elimination *plan, const double *per_state, con
             solve_block(work, m, k);
             for (int e = 0; e < plan->stores[b]; ++e, store += 2)
                 copy(result + (ptrdiff_t)store[1] * lanes + first, work + store[0] * LANES, LANES);
-            states += m;
+            unknowns += m;
         }
     }
 }
 
-/* Units in which the rows of each block compare: powers of two that balance |I - A1| over all stages, so that pivots
- * do not depend on the units of the states. Source: Osborne (1960). */
-RARE static void balance(const rumo_elimination *plan, const rumo_pattern *M, const double *terms, int lanes, int states,
-                    int *block_of, double *per_state) {
-    const int *member = plan->states;
+/* Units in which the rows of each block compare: powers of two that balance |M| over all stages, so that pivots
+ * do not depend on the units of the unknowns. Source: Osborne (1960). */
+RARE static void balance(const rumo_elimination *plan, const rumo_pattern *M, const double *terms, int lanes, int unknowns,
+                         int *block_of, double *unit) {
+    const int *member = plan->unknowns;
     for (int b = 0; b < plan->blocks; ++b)
         for (int i = 0; i < plan->size[b]; ++i) block_of[*member++] = b;
-    for (int r = 0; r < states; ++r) per_state[r] = 1.0;
+    for (int r = 0; r < unknowns; ++r) unit[r] = 1.0;
     for (int sweep = 0; sweep < 4; ++sweep)
-        for (int r = 0; r < states; ++r) {
+        for (int r = 0; r < unknowns; ++r) {
             double in_row = 0.0, in_column = 0.0;
             for (int e = 0; e < M->count; ++e) {
                 const int i = M->row[e], j = M->column[e];
                 if (i == j || block_of[i] != block_of[j] || (i != r && j != r)) continue;
                 double largest = 0.0;
                 for (int k = 0; k < lanes; ++k) largest = fmax(largest, fabs(terms[(ptrdiff_t)(M->first + e) * lanes + k]));
-                /* M_ij has the unit of state i over that of state j. */
-                largest *= per_state[i] / per_state[j];
+                /* M_ij has the unit of row i over that of unknown j. */
+                largest *= unit[i] / unit[j];
                 if (i == r) in_row = fmax(in_row, largest);
                 else in_column = fmax(in_column, largest);
             }
             if (in_row > 0.0 && in_column > 0.0 && isfinite(in_row) && isfinite(in_column)) {
                 int exponent;
                 (void)frexp(sqrt(in_column / in_row), &exponent);
-                per_state[r] = ldexp(per_state[r], exponent);
+                unit[r] = ldexp(unit[r], exponent);
             }
         }
 }

@@ -9,44 +9,6 @@
 
 static inline int gate_stages(const dims *s) { return s->N < s->d + GATE_STAGES ? s->N : s->d + GATE_STAGES; }
 
-struct rumo_controller {
-    dims s;
-    rumo_problem problem;
-    rumo_settings settings;
-
-    int has_guess, resting;  /* where the next step linearises; a guess at rest need not satisfy the dynamics */
-    int has_previous;        /* the last plan, one sample later: what is followed without a solution */
-    int prepared, inputs_left;
-    double *applied;                    /* (max(d, 1), nu), oldest first */
-    double *guess_x, *guess_u;          /* (N + 1, nx), (N, nu) */
-    double *guess_slacks;               /* (N nc,): of the iteration before, see attempt() */
-    double *previous_x, *previous_u;
-    double *numbers;                    /* of the plan: u, x, slacks */
-    long long counts[RUMO_STATUS_COUNT];
-    int implausible, repeats;           /* samples in a row that the gate has held back, and why */
-    int changes, has_last;              /* plausible samples that differed from the one before, up to GATE_CHANGES */
-    double *suspect, *last_x;           /* (nx,): the last implausible and the last plausible sample */
-    int blameless;                      /* a guess at rest has failed too: the shifted plan is not to blame */
-
-    double *x_lanes, *u_lanes, *p_lanes, *registers, *terms, *result, *work; /* see tape.c, eliminate.c */
-    double *per_state;                  /* units in which pivots compare */
-    int balanced, *block_of;
-    sparse stage, Cx, Cu, D, E;
-    int *end_of_A;                      /* (nx,): where the entries of A end in each row of the result */
-    condensed c;
-    int *imposed_now;                   /* (N nc,) */
-    qp q;
-    double *dx;                         /* (N + 1, ldx) */
-    double *du;                         /* (N, nu) */
-    double *constraints;                /* (N nc,): path constraints if the inputs stay with the guess */
-    double *gradient, *best, *other;    /* (ld,) */
-    double prepare_seconds;
-};
-
-static inline double *plan_u(const rumo_controller *c) { return c->numbers; }
-static inline double *plan_x(const rumo_controller *c) { return c->numbers + c->s.N * c->s.nu; }
-static inline double *plan_slacks(const rumo_controller *c) { return plan_x(c) + (c->s.N + 1) * c->s.nx; }
-
 /* The inputs nearest to u (count, nu) that respect bounds and move bounds, one after the other. */
 static void make_admissible(const rumo_controller *c, const double *before, double *u, int count) {
     const rumo_problem *p = &c->problem;
@@ -120,10 +82,12 @@ static void follow(rumo_controller *c, int solved, rumo_status status, rumo_plan
         if (c->has_previous && c->inputs_left > 0) {
             copy(u, c->previous_u, N * nu);
             copy(x, c->previous_x, (N + 1) * nx);
+            take_inner(c, c->previous_inner);
             --c->inputs_left;
         } else {
             for (int i = 0; i < N * nu; ++i) u[i] = c->problem.safe_input[i % nu];
             for (int i = 0; i < (N + 1) * nx; ++i) x[i] = NAN;
+            for (int i = 0; i < N * s->nz; ++i) plan_z(c)[i] = NAN;
             status = RUMO_PLAN_EXHAUSTED;
         }
     }
@@ -145,8 +109,10 @@ static void follow(rumo_controller *c, int solved, rumo_status status, rumo_plan
             const double end = x[N * nx + r], next = 2.0 * end - x[(N - 1) * nx + r];
             c->previous_x[N * nx + r] = isfinite(next) ? next : end;
         }
+        shift_inner(c, c->inner, c->previous_inner);
         copy(c->guess_u, c->previous_u, N * nu);
         copy(c->guess_x, c->previous_x, (N + 1) * nx);
+        copy(c->guess_inner, c->previous_inner, s->ni * s->lanes);
     }
     /* A guess from which the solver came to nothing is not kept: the next measurement gives a new one, at rest. If that
      * fails too, the shifted plan is the better guess, until there is a solution. */

@@ -5,11 +5,24 @@ static dims dims_of(const rumo_sizes *p) {
     static const rumo_sizes tailored = {RUMO_SIZES};
     p = &tailored;
 #endif
-    dims s = {p->horizon, p->delay, p->states, p->inputs, p->outputs, p->constraints, padded(p->horizon), 0, 0, 0, 0};
+    dims s;
+    s.N = p->horizon;
+    s.d = p->delay;
+    s.nx = p->states;
+    s.nz = p->algebraic;
+    s.nu = p->inputs;
+    s.ny = p->outputs;
+    s.nc = p->constraints;
+    s.lanes = padded(s.N);
+    s.m = p->substeps;
+    s.nw = s.nx + s.nz + p->inner;
+    s.explicit_scheme = p->explicit_scheme;
+    s.ni = s.explicit_scheme ? 0 : s.m * s.nw - s.nx;
     s.n = (s.N - s.d) * s.nu;
     s.ld = padded(s.n);
+    s.rows = s.nx + s.nz;
     s.width = s.nx + s.nu + 1;
-    s.ldx = padded(s.nx);
+    s.ldx = padded(s.rows);
     return s;
 }
 
@@ -33,30 +46,50 @@ static int total(const int *counts, int count) {
     return sum;
 }
 
+static void keep_tape(arena *a, rumo_tape *tape) {
+    tape->code = keep_ints(a, tape->code, (ptrdiff_t)4 * tape->length);
+    tape->constants = keep_doubles(a, tape->constants, tape->length);
+}
+
+RARE static void keep_elimination(arena *a, rumo_elimination *e, int unknowns) {
+    const int blocks = e->blocks, loads = total(e->loads, blocks), updates = total(e->updates, blocks),
+              stores = total(e->stores, blocks);
+    e->size = keep_ints(a, e->size, blocks);
+    e->width = keep_ints(a, e->width, blocks);
+    e->loads = keep_ints(a, e->loads, blocks);
+    e->updates = keep_ints(a, e->updates, blocks);
+    e->stores = keep_ints(a, e->stores, blocks);
+    e->unknowns = keep_ints(a, e->unknowns, unknowns);
+    e->load = keep_ints(a, e->load, (ptrdiff_t)2 * loads);
+    e->update = keep_ints(a, e->update, (ptrdiff_t)3 * updates);
+    e->store = keep_ints(a, e->store, (ptrdiff_t)2 * stores);
+    e->row = keep_ints(a, e->row, e->entries);
+    e->column = keep_ints(a, e->column, e->entries);
+}
+
+RARE static void keep_composition(arena *a, rumo_composition *c) {
+    const int products = total(c->products, c->entries);
+    c->row = keep_ints(a, c->row, c->entries);
+    c->column = keep_ints(a, c->column, c->entries);
+    c->start = keep_ints(a, c->start, c->entries);
+    c->own = keep_ints(a, c->own, c->entries);
+    c->products = keep_ints(a, c->products, c->entries);
+    c->product = keep_ints(a, c->product, (ptrdiff_t)2 * products);
+}
+
 /* Lay out a controller in memory, or measure it; with memory, copy the problem. */
 RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     const dims s = c->s = dims_of(&p->sizes);
     const int np = p->sizes.parameters;
     c->problem = *p;
     rumo_problem *own = &c->problem;
-    own->tape.code = keep_ints(a, p->tape.code, (ptrdiff_t)4 * p->tape.length);
-    own->tape.constants = keep_doubles(a, p->tape.constants, p->tape.length);
+    keep_tape(a, &own->tape);
+    keep_tape(a, &own->inner_tape);
     keep_pattern(a, &own->M);
-    rumo_elimination *e = &own->elimination;
-    const rumo_elimination *from = &p->elimination;
-    const int blocks = from->blocks, loads = total(from->loads, blocks), updates = total(from->updates, blocks),
-              stores = total(from->stores, blocks);
-    e->size = keep_ints(a, from->size, blocks);
-    e->width = keep_ints(a, from->width, blocks);
-    e->loads = keep_ints(a, from->loads, blocks);
-    e->updates = keep_ints(a, from->updates, blocks);
-    e->stores = keep_ints(a, from->stores, blocks);
-    e->states = keep_ints(a, from->states, s.nx);
-    e->load = keep_ints(a, from->load, (ptrdiff_t)2 * loads);
-    e->update = keep_ints(a, from->update, (ptrdiff_t)3 * updates);
-    e->store = keep_ints(a, from->store, (ptrdiff_t)2 * stores);
-    e->row = keep_ints(a, from->row, from->entries);
-    e->column = keep_ints(a, from->column, from->entries);
+    keep_elimination(a, &own->elimination, s.nw);
+    keep_composition(a, &own->composition);
+    own->inner_signals = keep_ints(a, p->inner_signals, s.ni);
+    own->algebraic_guess = keep_doubles(a, p->algebraic_guess, s.nz);
     own->output_weights = NULL; /* kept as roots */
     own->move_weights = keep_doubles(a, p->move_weights, s.N * s.nu);
     own->input_scales = keep_doubles(a, p->input_scales, s.nu);
@@ -76,7 +109,9 @@ RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     c->guess_slacks = take_doubles(a, s.N * s.nc);
     c->previous_x = take_doubles(a, (s.N + 1) * s.nx);
     c->previous_u = take_doubles(a, s.N * s.nu);
-    c->numbers = take_doubles(a, s.N * s.nu + (s.N + 1) * s.nx + s.N * s.nc);
+    c->numbers = take_doubles(a, s.N * s.nu + (s.N + 1) * s.nx + s.N * (s.nc + s.nz));
+    double **const inner[] = {&c->inner, &c->guess_inner, &c->previous_inner};
+    for (size_t i = 0; i < sizeof inner / sizeof *inner; ++i) *inner[i] = take_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     c->suspect = take_doubles(a, s.nx);
     c->last_x = take_doubles(a, s.nx);
 
@@ -84,29 +119,41 @@ RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     c->u_lanes = take_doubles(a, s.nu * s.lanes);
     c->p_lanes = take_doubles(a, (ptrdiff_t)np * s.lanes);
 #ifndef RUMO_TAILORED
-    c->registers = take_doubles(a, (ptrdiff_t)register_places(&p->tape) * CHUNK);
+    const int places = register_places(&p->tape), inner_places = register_places(&p->inner_tape);
+    c->registers = take_doubles(a, (ptrdiff_t)(places > inner_places ? places : inner_places) * CHUNK);
 #endif
     c->terms = take_doubles(a, (ptrdiff_t)p->sizes.slots * s.lanes);
-    c->result = take_doubles(a, (ptrdiff_t)from->entries * s.lanes);
+    const rumo_elimination *e = &p->elimination;
+    const rumo_composition *composed = &p->composition;
+    c->results = take_doubles(a, (ptrdiff_t)(s.explicit_scheme ? 1 : s.m) * e->entries * s.lanes);
+    c->maps = s.m > 1 ? take_doubles(a, (ptrdiff_t)composed->entries * s.lanes) : c->results;
+    c->other_maps = s.m > 1 ? take_doubles(a, (ptrdiff_t)composed->entries * s.lanes) : NULL;
+    c->on_the_way = take_doubles(a, s.explicit_scheme ? s.nx * s.lanes : 0);
+    c->zeros = take_doubles(a, s.lanes);
+    c->dx_lanes = take_doubles(a, s.ni ? s.nx * s.lanes : 0);
+    c->du_lanes = take_doubles(a, s.ni ? s.nu * s.lanes : 0);
     int largest = 0;
-    for (int b = 0; b < blocks; ++b) {
-        const int size = from->size[b] * (from->size[b] + from->width[b] + 1);
+    for (int b = 0; b < e->blocks; ++b) {
+        const int size = e->size[b] * (e->size[b] + e->width[b] + 1);
         largest = size > largest ? size : largest;
     }
     c->work = take_doubles(a, largest * LANES);
-    c->per_state = take_doubles(a, s.nx);
-    c->block_of = take_ints(a, s.nx);
-    const rumo_pattern result = {from->entries, 0, from->row, from->column};
-    c->stage = rows_of(a, &result, s.nx);
+    c->unit = take_doubles(a, s.nw);
+    c->block_of = take_ints(a, s.nw);
+    const rumo_pattern result = {e->entries, 0, e->row, e->column};
+    const rumo_pattern composition = {composed->entries, 0, composed->row, composed->column};
+    c->of_unknowns = rows_of(a, &result, s.nw);
+    c->map = s.m > 1 ? rows_of(a, &composition, s.rows) : c->of_unknowns;
+    c->map_row = s.m > 1 ? own->composition.row : own->elimination.row;
     c->Cx = rows_of(a, &p->Cx, s.ny);
     c->Cu = rows_of(a, &p->Cu, s.ny);
     c->D = rows_of(a, &p->D, s.nc);
     c->E = rows_of(a, &p->E, s.nc);
-    c->end_of_A = take_ints(a, s.nx);
+    c->end_of_A = take_ints(a, s.rows);
 
     condensed *d = &c->c;
     d->stages = take_doubles(a, (ptrdiff_t)s.N * s.width * s.ldx);
-    d->response = take_doubles(a, (ptrdiff_t)s.N * s.nx * s.ld);
+    d->response = take_doubles(a, (ptrdiff_t)s.N * s.rows * s.ld);
     d->outputs = take_doubles(a, (ptrdiff_t)s.N * s.ny * s.ld);
     d->rows = take_doubles(a, (ptrdiff_t)s.N * s.nc * s.ld);
     d->reach = take_doubles(a, s.nx);
@@ -142,12 +189,12 @@ static void configure(rumo_controller *c, const rumo_settings *settings) { c->se
 
 RARE static void reset_controller(rumo_controller *c) {
     c->has_guess = c->has_previous = c->prepared = c->inputs_left = c->balanced = 0;
-    c->implausible = c->repeats = c->changes = c->has_last = c->blameless = 0;
+    c->implausible = c->repeats = c->changes = c->has_last = c->blameless = c->settled = 0;
     const int decided = c->s.d > 1 ? c->s.d : 1;
     for (int k = 0; k < decided; ++k) copy(c->applied + k * c->s.nu, c->problem.safe_input, c->s.nu);
     memset(c->counts, 0, sizeof c->counts);
     clear_members(&c->q);
-    c->prepare_seconds = 0.0;
+    c->prepare_seconds = c->straying = 0.0;
 }
 
 RARE static rumo_controller *create_controller(const rumo_problem *p, const rumo_settings *settings, void *memory) {
@@ -156,13 +203,13 @@ RARE static rumo_controller *create_controller(const rumo_problem *p, const rumo
     lay_out(&a, c, p);
     const dims *s = &c->s;
     for (int i = 0; i < p->sizes.slots; ++i)
-        for (int k = 0; k < s->lanes; ++k) c->terms[(ptrdiff_t)i * s->lanes + k] = p->fixed[i];
+        for (int k = 0; k < s->lanes; ++k) c->terms[(ptrdiff_t)i * s->lanes + k] = isnan(p->fixed[i]) ? 0.0 : p->fixed[i];
     for (int i = 0; i < p->sizes.parameters; ++i)
         for (int k = 0; k < s->lanes; ++k) c->p_lanes[(ptrdiff_t)i * s->lanes + k] = p->parameters[i];
     for (int i = 0; i < s->N * s->ny; ++i) c->c.root_weights[i] = sqrt(2.0 * p->output_weights[i]);
-    for (int r = 0; r < s->nx; ++r) {
-        c->end_of_A[r] = c->stage.start[r];
-        while (c->end_of_A[r] < c->stage.start[r + 1] && c->stage.column[c->end_of_A[r]] < s->nx) ++c->end_of_A[r];
+    for (int r = 0; r < s->rows; ++r) {
+        c->end_of_A[r] = c->map.start[r];
+        while (c->end_of_A[r] < c->map.start[r + 1] && c->map.column[c->end_of_A[r]] < s->nx) ++c->end_of_A[r];
     }
     for (int i = 0; i < s->N * s->nc; ++i) {
         const int row = c->q.dense + i;

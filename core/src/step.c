@@ -1,6 +1,6 @@
 /* The real-time iteration: prepare, then feedback, once per sample. */
 
-/* A guess farther from the dynamics than this share of what the inputs can do is not linearised about. */
+/* A guess farther from the dynamics than this share of what the inputs can do has strayed. */
 #define STRAYED 0.03
 /* A constraint that all inputs' ranges move by less than this share of its scale is not imposed. */
 #define NO_INFLUENCE 1e-10
@@ -13,37 +13,72 @@ static void start_guess(rumo_controller *c, const double *x) {
     for (int k = 0; k <= s->N; ++k) copy(c->guess_x + k * s->nx, x, s->nx);
     for (int i = 0; i < s->N * s->nu; ++i)
         c->guess_u[i] = clip(last[i % s->nu], c->problem.input_lower[i % s->nu], c->problem.input_upper[i % s->nu]);
+    guess_inner(c, x);
     c->has_guess = c->resting = 1;
     c->prepared = c->balanced = 0;
     clear_members(&c->q);
 }
 
-/* Evaluate model, constraints and derivatives of all stages at the guess. */
-static void evaluate_stages(rumo_controller *c) {
+/* The guess, number k in lane k. */
+static void load_guess(rumo_controller *c) {
     const dims s = c->s;
     const int stride = s.lanes + LANES;
     for (int k = 0; k < stride; ++k) {
         const double *x = c->guess_x + (k < s.N ? k : s.N) * s.nx;
         for (int r = 0; r < s.nx; ++r) c->x_lanes[r * stride + k] = x[r];
     }
-    for (int k = 0; k < s.lanes; ++k) {
-        const double *u = c->guess_u + (k < s.N ? k : s.N - 1) * s.nu;
-        for (int j = 0; j < s.nu; ++j) c->u_lanes[j * s.lanes + k] = u[j];
-    }
-    const guess_lanes in = {c->x_lanes + 1, c->x_lanes, c->u_lanes, c->p_lanes, stride, stride, s.lanes, s.lanes};
-    evaluate(&c->problem.tape, &in, s.lanes, c->registers, c->terms);
+    to_lanes(c->guess_u, s.nu, s.nu, s.N, s.lanes, c->u_lanes);
 }
 
-/* How far the guess is from satisfying the dynamics, over the reach of the inputs. */
+/* Linearise all stages at the guess: model, constraints and derivatives, and the unknowns eliminated. */
+static int linearize_stages(rumo_controller *c) {
+    const dims s = dims_of(&c->problem.sizes);
+    const rumo_problem *p = &c->problem;
+    load_guess(c);
+    for (int j = 0; j < s.m; ++j) {
+        const guess_lanes in = at_substep(c, j);
+        double *result = results_of(c, j);
+        double *inside = c->terms + (ptrdiff_t)p->defect * s.lanes;
+        if (j + 1 == s.m) {
+            evaluate(&p->tape, &in, s.lanes, c->registers, c->terms);
+            if (!all_finite(c->terms, p->sizes.slots * s.lanes)) return 0;
+        } else {
+            evaluate_inner(&p->inner_tape, &in, s.lanes, c->registers, c->terms);
+            if (!all_finite(inside, (p->Cx.first - p->defect) * s.lanes)) return 0;
+        }
+        if (s.explicit_scheme && j + 1 < s.m) {
+            copy(c->on_the_way, inside, s.nx * s.lanes);
+            zero(inside, s.nx * s.lanes); /* it is where the next substep begins */
+        }
+        if (!c->balanced) {
+            balance(&p->elimination, &p->M, c->terms, s.lanes, s.nw, c->block_of, c->unit);
+            c->balanced = 1;
+        }
+        eliminate(&p->elimination, c->unit, c->terms, s.lanes, c->work, result);
+        if (!all_finite(result, p->elimination.entries * s.lanes)) return 0;
+        if (s.m == 1) break;
+        if (j == 0) {
+            start_composition(&p->composition, result, s.lanes, c->maps);
+            continue;
+        }
+        compose(&p->composition, result, c->maps, s.lanes, c->other_maps);
+        double *const composed = c->other_maps;
+        c->other_maps = c->maps;
+        c->maps = composed;
+    }
+    return s.m == 1 || all_finite(c->maps, p->composition.entries * s.lanes);
+}
+
+/* How far the guess is from satisfying the dynamics, over the reach of the inputs; but not where it is extrapolated. */
 static double straying(const rumo_controller *c) {
     const dims *s = &c->s;
     double worst = 0.0;
     for (int r = 0; r < s->nx; ++r) {
-        const int e = c->stage.start[r + 1] - 1; /* the last entry of a row is c, if it has one */
-        if (e < c->stage.start[r] || c->stage.column[e] != s->width - 1 || !(c->c.reach[r] > 0.0)) continue;
+        const int e = c->map.start[r + 1] - 1; /* the last entry of a row is c, if it has one */
+        if (e < c->map.start[r] || c->map.column[e] != s->width - 1 || !(c->c.reach[r] > 0.0)) continue;
         double largest = 0.0;
-        for (int k = 0; k < s->N; ++k) {
-            const double size = fabs(c->result[(ptrdiff_t)e * s->lanes + k]);
+        for (int k = 0; k + 1 < s->N; ++k) {
+            const double size = fabs(c->maps[(ptrdiff_t)e * s->lanes + k]);
             largest = size > largest ? size : largest;
         }
         worst = fmax(worst, largest / c->c.reach[r]);
@@ -55,16 +90,10 @@ static double straying(const rumo_controller *c) {
 static int linearize(rumo_controller *c, int shift) {
     const dims s = dims_of(&c->problem.sizes);
     const double *scales = c->problem.input_scales;
-    evaluate_stages(c);
-    if (!all_finite(c->terms, c->problem.sizes.slots * s.lanes)) return 0;
-    if (!c->balanced) {
-        balance(&c->problem.elimination, &c->problem.M, c->terms, s.lanes, s.nx, c->block_of, c->per_state);
-        c->balanced = 1;
-    }
-    eliminate(&c->problem.elimination, c->per_state, c->terms, s.lanes, c->work, c->result);
-    if (!all_finite(c->result, c->problem.elimination.entries * s.lanes)) return 0;
-    spread(&s, &c->problem.elimination, c->result, c->c.stages);
-    respond(&s, &c->stage, c->end_of_A, c->result, scales, gate_stages(&s), &c->c);
+    if (!linearize_stages(c)) return 0;
+    spread(&s, &c->map, c->map_row, c->maps, c->c.stages);
+    respond(&s, &c->map, c->end_of_A, c->maps, scales, gate_stages(&s), &c->c);
+    c->straying = straying(c);
     for (int k = s.d; k < s.N; ++k) {
         const int length = padded(inputs_at(&s, k));
         for (int i = k * s.ny; i < (k + 1) * s.ny; ++i)
@@ -86,8 +115,13 @@ static int linearize(rumo_controller *c, int shift) {
 
 static void prepare(rumo_controller *c) {
     const double start = seconds_now();
-    /* A plan made from a wild measurement would keep misleading its successors. */
-    if (c->has_guess) c->has_guess = linearize(c, !c->resting) && (c->resting || straying(c) < STRAYED);
+    if (c->has_guess) c->has_guess = linearize(c, !c->resting);
+    if (c->has_guess) {
+        /* A plan made from a wild measurement would keep misleading its successors. */
+        const int strayed = !(c->straying < STRAYED);
+        c->has_guess = !(c->settled && strayed && !c->resting);
+        c->settled = !strayed;
+    }
     c->prepared = 1;
     c->prepare_seconds = seconds_now() - start;
 }
@@ -211,7 +245,9 @@ static rumo_status expand(rumo_controller *c, const double *x, rumo_status statu
             violated |= slacks[i] > SLACK_TOLERANCE * c->problem.constraint_scales[r] && c->problem.imposed[i];
         }
     }
+    expand_inner(c);
     if (!all_finite(c->numbers, s.N * s.nu + (s.N + 1) * s.nx)) return RUMO_SOLVER_FAILED;
+    if (!all_finite(c->inner, s.ni * s.lanes)) return RUMO_SOLVER_FAILED;
     return status == RUMO_OPTIMAL && violated ? RUMO_SOFT_VIOLATED : status;
 }
 
@@ -256,6 +292,7 @@ static rumo_status attempt(rumo_controller *c, const double *x, const double *re
         copy(c->guess_u, plan_u(c), s->N * s->nu);
         copy(c->guess_x, plan_x(c), (s->N + 1) * s->nx);
         copy(c->guess_slacks, plan_slacks(c), s->N * s->nc);
+        copy(c->guess_inner, c->inner, s->ni * s->lanes);
         if (!linearize(c, 0)) break;
         const rumo_status better = iterate(c, x, reference, plan);
         if (!is_solved(better)) {
@@ -263,6 +300,7 @@ static rumo_status attempt(rumo_controller *c, const double *x, const double *re
             copy(plan_u(c), c->guess_u, s->N * s->nu);
             copy(plan_x(c), c->guess_x, (s->N + 1) * s->nx);
             copy(plan_slacks(c), c->guess_slacks, s->N * s->nc);
+            take_inner(c, c->guess_inner);
             break;
         }
         status = better;
@@ -274,7 +312,7 @@ static void feedback(rumo_controller *c, const double *x, const double *referenc
     if (!c->prepared) prepare(c);
     const double start = seconds_now();
     plan->numbers = c->numbers;
-    plan->count = c->s.N * c->s.nu + (c->s.N + 1) * c->s.nx + c->s.N * c->s.nc;
+    plan->count = c->s.N * c->s.nu + (c->s.N + 1) * c->s.nx + c->s.N * (c->s.nc + c->s.nz);
     plan->iterations = plan->conflicts = 0;
     plan->conflict = c->q.conflict;
     const rumo_status status = attempt(c, x, reference, plan);

@@ -1,12 +1,14 @@
 /* The model: a straight-line program run over all stages at once, eight at a time.
  *
  * A number of stage k lies in lane k: element e of the terms at terms[e * lanes + k]. Stages up to the next multiple
- * of LANES repeat the last one. A tailored build has the same program as C code (see RUMO_EVALUATE in core.c).
+ * of LANES repeat the last one. A tailored build has the same programs as C code (see RUMO_EVALUATE in core.c).
  */
 
+enum { ARGUMENTS = 5 };
+
 typedef struct guess_lanes {
-    const double *z, *x, *u, *p; /* first element of each argument */
-    ptrdiff_t z_stride, x_stride, u_stride, p_stride;
+    const double *first[ARGUMENTS]; /* element of each argument, */
+    ptrdiff_t stride[ARGUMENTS];    /* and how far apart elements are */
 } guess_lanes;
 
 #ifndef RUMO_TAILORED
@@ -38,8 +40,6 @@ static inline double sign_of(double a) { return a > 0.0 ? 1.0 : a < 0.0 ? -1.0 :
 
 static inline void run_chunk(const rumo_tape *tape, const guess_lanes *in, int first, const int width, int lanes,
                              double *restrict registers, double *restrict terms) {
-    const double *const argument[4] = {in->z, in->x, in->u, in->p};
-    const ptrdiff_t stride[4] = {in->z_stride, in->x_stride, in->u_stride, in->p_stride};
     const int *code = tape->code;
     for (int i = 0; i < tape->length; ++i, code += 4) {
         double *const R = registers + (ptrdiff_t)code[1] * CHUNK;
@@ -49,7 +49,7 @@ static inline void run_chunk(const rumo_tape *tape, const guess_lanes *in, int f
             for (int j = 0; j < width; ++j) R[j] = tape->constants[i];
             break;
         case RUMO_INPUT:
-            copy(R, argument[code[2]] + code[3] * stride[code[2]] + first, width);
+            copy(R, in->first[code[2]] + code[3] * in->stride[code[2]] + first, width);
             break;
         case RUMO_OUTPUT:
             copy(terms + (ptrdiff_t)code[1] * lanes + first, A, width);
@@ -112,5 +112,7 @@ static void evaluate(const rumo_tape *tape, const guess_lanes *in, int lanes, do
     for (; first + CHUNK <= lanes; first += CHUNK) run_chunk(tape, in, first, CHUNK, lanes, registers, terms);
     if (first < lanes) run_chunk(tape, in, first, LANES, lanes, registers, terms);
 }
+
+#define evaluate_inner evaluate
 
 #endif

@@ -13,7 +13,7 @@ typedef struct fixture {
     const double *x;         /* (samples, nx) */
     const double *reference; /* (samples, N + 1, ny) */
     const double *applied;   /* (samples, max(delay, 1), nu) */
-    const double *numbers;   /* (samples, count): u, x, slacks of the reference's plans */
+    const double *numbers;   /* (samples, count): u, x, slacks, z of the reference's plans */
     const int *status;       /* (samples,) */
 } fixture;
 
@@ -22,7 +22,7 @@ static const rumo_settings usual = {1, 1e-9, 1000, 1e-10, (double)INFINITY, 3.0,
 static inline int decided_of(const rumo_sizes *s) { return (s->delay > 1 ? s->delay : 1) * s->inputs; }
 
 static inline int count_of(const rumo_sizes *s) {
-    return s->horizon * s->inputs + (s->horizon + 1) * s->states + s->horizon * s->constraints;
+    return s->horizon * s->inputs + (s->horizon + 1) * s->states + s->horizon * (s->constraints + s->algebraic);
 }
 
 static inline int window_of(const rumo_sizes *s) { return (s->horizon + 1) * s->outputs; }

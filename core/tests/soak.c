@@ -107,6 +107,11 @@ static void check_numbers(const run *r, int solved) {
     for (int i = 0; i < (N + 1) * nx; ++i) nan_states += isnan(x[i]) != 0;
     if (status == RUMO_PLAN_EXHAUSTED) CHECK(nan_states == (N + 1) * nx, "%s: states without a plan", r->f->name);
     else CHECK(all_finite(x, (N + 1) * nx), "%s: states of status %d", r->f->name, (int)status);
+    const double *z = slacks + N * nc;
+    int nan_algebraic = 0;
+    for (int i = 0; i < N * p->sizes.algebraic; ++i) nan_algebraic += isnan(z[i]) != 0;
+    CHECK(nan_algebraic == (status == RUMO_PLAN_EXHAUSTED ? N * p->sizes.algebraic : 0), "%s: algebraic variables of status %d",
+          r->f->name, (int)status);
     if (solved) CHECK(memcmp(x, r->x, (size_t)nx * sizeof *x) == 0, "%s: first state", r->f->name);
     for (int i = 0; i < N * nc; ++i) {
         if (solved) CHECK(slacks[i] >= 0.0, "%s: slack %g", r->f->name, slacks[i]);

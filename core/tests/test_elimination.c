@@ -1,4 +1,4 @@
-/* Elimination of the implicit states against a dense LU with row pivoting in long double. */
+/* Elimination of the unknowns against a dense LU with row pivoting in long double. */
 #include "core.c"
 
 #include "check.h"
@@ -117,15 +117,15 @@ int main(void) {
     enum { LANES_ALL = 8, ROUNDS = 20 };
     static double terms[MAX_SLOTS * LANES_ALL], result[MAX_STATES * MAX_WIDTH * LANES_ALL],
         work[MAX_STATES * (MAX_WIDTH + MAX_STATES) * LANES_ALL];
-    double unit[MAX_STATES], per_state[MAX_STATES];
+    double unit[MAX_STATES], row_unit[MAX_STATES];
     int block_of[MAX_STATES], singular = 0, compared = 0;
     for (int i = 0; i < PATTERNS; ++i) {
         const rumo_problem *p = patterns[i];
         if (p->sizes.slots > MAX_SLOTS || p->sizes.states > MAX_STATES || p->sizes.inputs > MAX_INPUTS) abort();
         for (int round = 0; round < ROUNDS; ++round) {
             fill(p, LANES_ALL, round % 2 ? 1e6 : 1.0, unit, terms);
-            balance(&p->elimination, &p->M, terms, LANES_ALL, p->sizes.states, block_of, per_state);
-            eliminate(&p->elimination, per_state, terms, LANES_ALL, work, result);
+            balance(&p->elimination, &p->M, terms, LANES_ALL, p->sizes.states, block_of, row_unit);
+            eliminate(&p->elimination, row_unit, terms, LANES_ALL, work, result);
             for (int k = 0; k < LANES_ALL; ++k) {
                 if (compare(p, LANES_ALL, k, unit, terms, result)) ++compared;
                 else ++singular;

@@ -5,13 +5,14 @@
 #include "fixture.h"
 #include "fixtures.h"
 
-/* Largest difference of two plans, over the sizes of inputs, states and constraints; NaN equals NaN. */
+/* Largest difference of two plans, over the sizes of inputs, states, constraints and algebraic variables; NaN equals NaN. */
 static double difference(const rumo_problem *p, const double *a, const double *b) {
     const rumo_sizes *s = &p->sizes;
-    const int counts[3] = {s->horizon, s->horizon + 1, s->horizon}, widths[3] = {s->inputs, s->states, s->constraints};
-    const double *const sizes[3] = {p->input_scales, NULL, p->constraint_scales};
+    const int counts[4] = {s->horizon, s->horizon + 1, s->horizon, s->horizon};
+    const int widths[4] = {s->inputs, s->states, s->constraints, s->algebraic};
+    const double *const sizes[4] = {p->input_scales, NULL, p->constraint_scales, NULL};
     double worst = 0.0;
-    for (int part = 0; part < 3; ++part) {
+    for (int part = 0; part < 4; ++part) {
         for (int j = 0; j < widths[part]; ++j) {
             double size = sizes[part] ? sizes[part][j] : 0.1;
             for (int k = 0; k < counts[part]; ++k) size = fmax(size, fabs(b[k * widths[part] + j]));

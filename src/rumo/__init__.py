@@ -12,9 +12,21 @@ from rumo.controllers import (
     QpOptions,
     RealTimeIteration,
 )
-from rumo.discretization import ImplicitEuler
+from rumo.discretization import (
+    Bdf2,
+    Discretization,
+    ExplicitEuler,
+    Gauss2,
+    ImplicitEuler,
+    ImplicitMidpoint,
+    Radau2,
+    Radau3,
+    Rk4,
+    Sdirk2,
+    Trapezoidal,
+)
 from rumo.errors import ArgumentError, CallOrderError, PlantError, RumoError, ShapeError, UnknownNameError
-from rumo.model import Model, Output, Parameter
+from rumo.model import Algebraic, Model, Output, Parameter
 from rumo.plan import Plan
 from rumo.problem import Problem
 from rumo.status import Status
@@ -26,13 +38,19 @@ if TYPE_CHECKING:
     from rumo.simulation.loop import simulate
 
 __all__ = [
+    "Algebraic",
     "ArgumentError",
+    "Bdf2",
     "Bounds",
     "CallOrderError",
     "Constraint",
     "Controller",
     "DirectNlp",
+    "Discretization",
+    "ExplicitEuler",
+    "Gauss2",
     "ImplicitEuler",
+    "ImplicitMidpoint",
     "InnovationGate",
     "LinearTimeVarying",
     "Model",
@@ -44,10 +62,15 @@ __all__ = [
     "PlantError",
     "Problem",
     "QpOptions",
+    "Radau2",
+    "Radau3",
     "RealTimeIteration",
+    "Rk4",
     "RumoError",
+    "Sdirk2",
     "ShapeError",
     "Status",
+    "Trapezoidal",
     "UnknownNameError",
     "Weight",
     "__version__",

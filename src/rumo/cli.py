@@ -49,7 +49,7 @@ def models() -> None:
     for name, make in MODELS.items():
         model = make()
         grid = RichTable(box=None, show_header=False, pad_edge=False, title=name, title_justify="left")
-        for signals in (model.states, model.inputs, model.parameters, model.outputs):
+        for signals in model.signals:
             if len(signals):
                 row = (f"  {signals.role}", ", ".join(f"{key} [{signals.unit(key)}]" for key in signals))
                 grid.add_row(*map(Text, row))

@@ -1,4 +1,4 @@
-"""A model: named states, inputs and parameters, and a right-hand side written with CasADi."""
+"""A model: named states, inputs and parameters, and its equations written with CasADi."""
 
 from __future__ import annotations
 
@@ -50,31 +50,58 @@ class Output:
     expression: Expression
 
 
+@dataclass(frozen=True)
+class Algebraic:
+    """A quantity without a derivative, given by an equation that it fulfils at every time.
+
+    Parameters
+    ----------
+    unit : str
+        Unit, "1" for none.
+    equation : callable
+        `(x, u, p) -> CasADi expression` that is zero; all equations together determine all algebraic variables
+        (index 1).
+    guess : float
+        A value near which to look for the first one.
+    """
+
+    unit: str
+    equation: Expression
+    guess: float = 0.0
+
+
 class Model:
-    """Continuous-time model `xdot = f(x, u, p)` of any system.
+    """Continuous-time model `xdot = f(x, z, u, p)`, `0 = g(x, z, u, p)` of any system.
 
     Parameters
     ----------
     states, inputs : mapping of str to str
         Unit of each signal, in vector order.
     dynamics : callable
-        `(x, u, p) -> {state: time derivative}` with CasADi expressions; signals are attributes (`x.rate`).
+        `(x, u, p) -> {state: time derivative}` with CasADi expressions; signals are attributes (`x.rate`), and so are
+        algebraic variables, of x.
     parameters : mapping of str to Parameter, optional
         Constants that a new `Problem` can change without building the model anew.
     outputs : mapping of str to Output, optional
         Further quantities to track, constrain or measure.
+    algebraic : mapping of str to Algebraic, optional
+        Algebraic variables z and their equations g, for implicit discretisation schemes.
     name : str
         For logs and messages.
 
     Attributes
     ----------
-    f : casadi.Function
-        `(x, u, p) -> xdot`, shapes (nx,), (nu,), (np_,), (nx,).
+    variables : Signals
+        The states, then the algebraic variables.
+    f, g : casadi.Function
+        `(xz, u, p) -> xdot` and `(xz, u, p) -> g`, shapes (nx + nz,), (nu,), (np_,), (nx,) and (nz,); xz are the
+        variables.
 
     Raises
     ------
     ArgumentError
-        If names clash, a derivative is missing or unknown, or an expression is not a scalar of x, u, p.
+        If names clash, a derivative is missing or unknown, an expression is not a scalar of x, u, p, or the algebraic
+        equations cannot determine the algebraic variables.
     """
 
     def __init__(
@@ -84,15 +111,18 @@ class Model:
         dynamics: Callable[[NamedSymbols, NamedSymbols, NamedSymbols], Mapping[str, Any]],
         parameters: Mapping[str, Parameter] | None = None,
         outputs: Mapping[str, Output] | None = None,
+        algebraic: Mapping[str, Algebraic] | None = None,
         name: str = "model",
     ) -> None:
         parameters = checked_items(parameters, "parameters", Parameter, 'rumo.Parameter("kg", 1.0)')
         outputs = checked_items(outputs, "outputs", Output, 'rumo.Output("m", lambda x, u, p: ...)')
+        algebraic = checked_items(algebraic, "algebraic", Algebraic, 'rumo.Algebraic("A", lambda x, u, p: ...)')
         self.name = name
         self.states = Signals(states, "states")
         self.inputs = Signals(inputs, "inputs")
         self.parameters = Signals({key: item.unit for key, item in parameters.items()}, "parameters")
         self.outputs = Signals({key: item.unit for key, item in outputs.items()}, "outputs")
+        self.algebraic = Signals({key: item.unit for key, item in algebraic.items()}, "algebraic")
         if not len(self.states):
             raise ArgumentError("states", "no state", "at least one")
         if not len(self.inputs):
@@ -101,10 +131,20 @@ class Model:
         defaults = {key: item.default for key, item in parameters.items()}
         self.default_parameters: Array = self.parameters.finite_vector(defaults, "parameters")
 
-        self.x, self.u, self.p = (
+        self.variables = Signals(dict(states) | {key: item.unit for key, item in algebraic.items()}, "states")
+        guesses = {key: item.guess for key, item in algebraic.items()}
+        self.algebraic_guess: Array = self.algebraic.finite_vector(guesses, "algebraic guesses")
+
+        self.x, self.z, self.u, self.p = (
             ca.SX.sym(symbol, len(signals))
-            for symbol, signals in (("x", self.states), ("u", self.inputs), ("p", self.parameters))
+            for symbol, signals in (
+                ("x", self.states),
+                ("z", self.algebraic),
+                ("u", self.inputs),
+                ("p", self.parameters),
+            )
         )
+        self.xz = ca.vertcat(self.x, self.z)
         derivatives = dynamics(*self.symbols)
         if not isinstance(derivatives, Mapping):
             raise ArgumentError("dynamics", type(derivatives).__name__, "a mapping from state to time derivative")
@@ -114,36 +154,52 @@ class Model:
         if missing:
             raise ArgumentError("dynamics", f"no derivative of {', '.join(missing)}", "one for each state")
         rows = [self.scalar(derivatives[state], f"dynamics[{state!r}]") for state in self.states]
-        self.f = ca.Function("f", [self.x, self.u, self.p], [ca.vertcat(*rows)], ["x", "u", "p"], ["xdot"])
+        equations = [
+            self.scalar(item.equation(*self.symbols), f"algebraic[{key!r}].equation") for key, item in algebraic.items()
+        ]
+        self._reject_undetermined(equations)
+        arguments, names = [self.xz, self.u, self.p], ["x", "u", "p"]
+        self.f = ca.Function("f", arguments, [ca.vertcat(*rows)], names, ["xdot"])
+        self.g = ca.Function("g", arguments, [ca.vertcat(ca.SX(0, 1), *equations)], names, ["residual"])
         self._outputs = {
             key: self.scalar(item.expression(*self.symbols), f"outputs[{key!r}]") for key, item in outputs.items()
         }
 
     @property
     def symbols(self) -> tuple[NamedSymbols, NamedSymbols, NamedSymbols]:
-        """States, inputs and parameters, answering to their names."""
+        """States (and algebraic variables), inputs and parameters, answering to their names."""
         return (
-            NamedSymbols(self.states, self.x),
+            NamedSymbols(self.variables, self.xz),
             NamedSymbols(self.inputs, self.u),
             NamedSymbols(self.parameters, self.p),
         )
 
+    @property
+    def signals(self) -> tuple[Signals, ...]:
+        """States, algebraic variables, inputs, parameters and outputs."""
+        return self.states, self.algebraic, self.inputs, self.parameters, self.outputs
+
     def expression(self, name: str, argument: str) -> Any:
-        """CasADi expression of a state or an output; unknown names raise, naming `argument`."""
+        """CasADi expression of a state, algebraic variable or output; unknown names raise, naming `argument`."""
         if name in self.states:
             return self.x[self.states.index(name)]
+        if name in self.algebraic:
+            return self.z[self.algebraic.index(name)]
         if name in self._outputs:
             return self._outputs[name]
         raise UnknownNameError(
-            argument, name, (*self.states, *self.outputs), "Add it to the model's outputs if it is an expression."
+            argument,
+            name,
+            (*self.states, *self.algebraic, *self.outputs),
+            "Add it to the model's outputs if it is an expression.",
         )
 
     def unit(self, name: str) -> str:
-        """Unit of a state, input, parameter or output."""
-        for signals in (self.states, self.inputs, self.parameters, self.outputs):
+        """Unit of any signal."""
+        for signals in self.signals:
             if name in signals:
                 return signals.unit(name)
-        raise UnknownNameError("name", name, (*self.states, *self.inputs, *self.parameters, *self.outputs))
+        raise UnknownNameError("name", name, [key for signals in self.signals for key in signals])
 
     def parameter_vector(self, values: Values, argument: str = "parameters") -> Array:
         """Parameter values (np_,), finite, defaults where a mapping leaves one out."""
@@ -169,7 +225,7 @@ class Model:
                 "an expression of the states, inputs and parameters",
                 "Declare it as a parameter of the model.",
             )
-        function = ca.Function("expression", [self.x, self.u, self.p], [result])
+        function = ca.Function("expression", [self.xz, self.u, self.p], [result])
         steps = range(function.n_instructions())
         constants = [function.instruction_constant(k) for k in steps if function.instruction_id(k) == ca.OP_CONST]
         if not all(map(math.isfinite, constants)):
@@ -177,15 +233,28 @@ class Model:
         return result
 
     def depends(self, expression: Any) -> bool:
-        """Whether some state or input appears in an expression."""
-        return bool(ca.depends_on(expression, ca.vertcat(self.x, self.u)))
+        """Whether some variable or input appears in an expression."""
+        return bool(ca.depends_on(expression, ca.vertcat(self.xz, self.u)))
 
     def _own_symbols(self) -> list[Any]:
-        return [*ca.vertsplit(self.x), *ca.vertsplit(self.u), *(ca.vertsplit(self.p) if len(self.parameters) else [])]
+        return [symbol for vector in (self.x, self.z, self.u, self.p) for symbol in ca.symvar(vector)]
+
+    def _reject_undetermined(self, equations: list[Any]) -> None:
+        """Raise unless the algebraic equations determine the algebraic variables, by their structure."""
+        if not equations:
+            return
+        structure = ca.jacobian_sparsity(ca.vertcat(*equations), self.z)
+        if ca.sprank(ca.DM(structure, 1.0)) < len(equations):
+            raise ArgumentError(
+                "algebraic",
+                f"equations that do not determine all of {', '.join(self.algebraic)}",
+                "equations of index 1",
+                "Each variable needs an equation of its own; differentiate those without one by time.",
+            )
 
     def _reject_shared_names(self) -> None:
         seen: dict[str, str] = {}
-        for signals in (self.states, self.inputs, self.parameters, self.outputs):
+        for signals in self.signals:
             for key in signals:
                 if key in seen:
                     raise ArgumentError(

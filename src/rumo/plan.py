@@ -59,12 +59,17 @@ class Violation:
 
 
 class PlanLayout:
-    """Where the parts of a plan lie in its numbers: inputs (N, nu), states (N + 1, nx), slacks (N, nc)."""
+    """Where the parts of a plan lie in its numbers: inputs (N, nu), states (N + 1, nx), slacks (N, nc), z (N, nz)."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         N, model = problem.horizon, problem.model
-        self.shapes = ((N, len(model.inputs)), (N + 1, len(model.states)), (N, len(problem.constraints)))
+        self.shapes = (
+            (N, len(model.inputs)),
+            (N + 1, len(model.states)),
+            (N, len(problem.constraints)),
+            (N, len(model.algebraic)),
+        )
         ends = np.cumsum([rows * columns for rows, columns in self.shapes]).tolist()
         self.parts = [slice(start, end) for start, end in zip([0, *ends], ends, strict=False)]
         self.size = ends[-1]
@@ -125,6 +130,11 @@ class Plan:
     def x(self) -> NamedArray:
         """Predicted states (N + 1, nx), the measurement first; NaN where nothing was predicted."""
         return NamedArray(self._layout.problem.model.states, self._part(1))
+
+    @property
+    def z(self) -> NamedArray:
+        """Predicted algebraic variables at stages 1 to N (N, nz); NaN where nothing was predicted."""
+        return NamedArray(self._layout.problem.model.algebraic, self._part(3))
 
     @property
     def slacks(self) -> NamedArray:

@@ -46,7 +46,7 @@ class Problem:
     moves : mapping of str to Weight
         Positive weight of each input's increment; every input has one, which makes the problem strictly convex.
     bounds : mapping of str to Bounds or (lower, upper), optional
-        Of inputs (always hard) and states.
+        Of inputs (always hard), states and algebraic variables.
     move_bounds : mapping of str to Bounds or (lower, upper), optional
         Of input increments, per sampling interval.
     constraints : mapping of str to Constraint, optional
@@ -112,11 +112,14 @@ class Problem:
 
         bounds = as_mapping(bounds, "bounds")
         for name in bounds:
-            if name not in model.states and name not in model.inputs:
+            if name not in model.states and name not in model.algebraic and name not in model.inputs:
                 raise UnknownNameError(
-                    "bounds", name, (*model.inputs, *model.states), "Bound anything else by constraints=."
+                    "bounds",
+                    name,
+                    (*model.inputs, *model.states, *model.algebraic),
+                    "Bound anything else by constraints=.",
                 )
-        on_states = {name: as_bounds(bounds[name], f"bounds[{name!r}]") for name in bounds if name in model.states}
+        on_states = {name: as_bounds(bounds[name], f"bounds[{name!r}]") for name in bounds if name not in model.inputs}
         on_inputs = {name: bounds[name] for name in bounds if name in model.inputs}
         self.input_lower, self.input_upper = self._input_limits(on_inputs, "bounds")
         self.move_lower, self.move_upper = self._input_limits(as_mapping(move_bounds, "move_bounds"), "move_bounds")

@@ -26,10 +26,9 @@ _CODES = {getattr(ca, casadi_name): OPERATIONS.index(name) for name, casadi_name
 def missing_operation(problem: Problem) -> str | None:
     """An operation of a problem's model, outputs or constraints that the core lacks; None if it has them all."""
     model = problem.model
+    arguments = model.xz, model.u, model.p
     rows = [*problem.output_rows, *(constraint.row for constraint in problem.constraints)]
-    function = ca.Function(
-        "model", [model.x, model.u, model.p], [ca.vertcat(model.f(model.x, model.u, model.p), *rows)]
-    )
+    function = ca.Function("model", arguments, [ca.vertcat(model.f(*arguments), model.g(*arguments), *rows)])
     for i in range(function.n_instructions()):
         if function.instruction_id(i) not in _CODES:
             return next(

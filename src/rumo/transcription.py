@@ -2,39 +2,50 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from rumo.checks import checked
 from rumo.discretization import Discretization, ImplicitEuler
+from rumo.errors import ArgumentError
 from rumo.kernel.description import MATRICES, VECTORS, StageProgram
-from rumo.kernel.tape import OPERATIONS
+from rumo.kernel.tape import OPERATIONS, Tape
 from rumo.problem import Problem
 from rumo.recording import record
 from rumo.signals import Array
+
+NEWTON_ITERATIONS = 30
+NEWTON_TOLERANCE = 1e-12
+OF_ENDS = ("y", "Cx", "Cu", "G", "D", "E")
+"""Terms that only the end of an interval has."""
 
 
 @dataclass(frozen=True)
 class Stages:
     """The horizon linearised about a guess; index k stands for stage i = k + 1, the step from x_k to x_{k+1}.
 
+    The nw unknowns w_i of an interval are the state x_i, the algebraic variables z_i, and what the scheme has inside;
+    `phi(w_i, x_{i-1}, u_{i-1}) = 0` are its equations.
+
     Attributes
     ----------
-    defect : ndarray, shape (N, nx)
-        `F_g - x_g`, what the guess lacks of satisfying the discrete dynamics.
-    A0, A1, B : ndarray, shapes (N, nx, nx), (N, nx, nx), (N, nx, nu)
-        Derivatives of F(x_i, x_{i-1}, u_{i-1}): by x_{i-1}, by x_i, by u_{i-1}.
-    y, Cx, Cu : ndarray, shapes (N, ny), (N, ny, nx), (N, ny, nu)
-        Tracked outputs at (x_i, u_{i-1}) and their derivatives.
-    G, D, E : ndarray, shapes (N, nc), (N, nc, nx), (N, nc, nu)
-        Path constraints G(x_i, u_{i-1}) and their derivatives.
+    defect : ndarray, shape (N, nw)
+        phi, what the guess lacks of satisfying the discrete dynamics.
+    A0, M, B : ndarray, shapes (N, nw, nx), (N, nw, nw), (N, nw, nu)
+        Derivatives of phi by x_{i-1}, by w_i with the sign changed, and by u_{i-1}.
+    y, Cx, Cu : ndarray, shapes (N, ny), (N, ny, nx + nz), (N, ny, nu)
+        Tracked outputs at (x_i, z_i, u_{i-1}) and their derivatives.
+    G, D, E : ndarray, shapes (N, nc), (N, nc, nx + nz), (N, nc, nu)
+        Path constraints G(x_i, z_i, u_{i-1}) and their derivatives.
     """
 
     defect: Array
     A0: Array
-    A1: Array
+    M: Array
     B: Array
     y: Array
     Cx: Array
@@ -61,75 +72,102 @@ class Transcription:
 
     Attributes
     ----------
-    residual, outputs, constraints : casadi.Function
-        `(z, x, u, p) -> phi` (nx,), `(x, u, p) -> y` (ny,) and `(x, u, p) -> G` (nc,).
+    interval : casadi.Function
+        `(w, x, u, p) -> phi`, the equations of an interval, shapes (nw,), (nx,), (nu,), (np_,), (nw,).
+    outputs, constraints : casadi.Function
+        `(xz, u, p) -> y` (ny,) and `(xz, u, p) -> G` (nc,); xz are states and algebraic variables.
+    inner_signals, inner_nodes : ndarray, shape (nw - nx,)
+        What each unknown but the state at the end is a value of, as a position in xz, and at which share of the
+        interval.
     imposed : ndarray of bool, shape (N, nc)
         Whether some free input can influence a constraint at a stage, by the structure of the derivatives;
         where none can, the constraint is reported but not imposed.
+
+    Raises
+    ------
+    ArgumentError
+        If an explicit scheme is to solve algebraic equations.
     """
 
     def __init__(self, problem: Problem, discretization: Discretization | None = None) -> None:
         self.problem = problem
-        self.discretization = discretization or ImplicitEuler()
+        scheme = self.discretization = checked(
+            discretization or ImplicitEuler(), "discretization", Discretization, "Write rumo.ImplicitEuler()."
+        )
         model = problem.model
-        z, x, u, p = ca.SX.sym("z", len(model.states)), model.x, model.u, model.p
-
-        phi = self.discretization.residual(model, z, x, u, p, problem.sampling_time)
+        nx, nz = len(model.states), len(model.algebraic)
+        if scheme.explicit and nz:
+            raise ArgumentError(
+                "discretization",
+                f"{type(scheme).__name__}, which is explicit",
+                "an implicit scheme for a model with algebraic variables",
+                "Write rumo.ImplicitEuler().",
+            )
+        inner = list(scheme.inner(nx, nz))
+        end, e = ca.SX.sym("end", nx + nz), ca.SX.sym("e", len(inner))
+        w, x, u, p = ca.vertcat(end, e), model.x, model.u, model.p
+        phi = scheme.residual(model, end, e, x, u, p, problem.sampling_time / scheme.substeps)
         y = ca.vertcat(*problem.output_rows)
         G = ca.vertcat(*(constraint.row for constraint in problem.constraints)) if problem.constraints else ca.SX(0, 1)
-        self.residual = ca.Function("residual", [z, x, u, p], [phi], ["z", "x", "u", "p"], ["phi"])
-        self.outputs = ca.Function("outputs", [x, u, p], [y], ["x", "u", "p"], ["y"])
-        self.constraints = ca.Function("constraints", [x, u, p], [G], ["x", "u", "p"], ["G"])
+        self.outputs = ca.Function("outputs", [model.xz, u, p], [y], ["x", "u", "p"], ["y"])
+        self.constraints = ca.Function("constraints", [model.xz, u, p], [G], ["x", "u", "p"], ["G"])
+        self._substep = ca.Function("substep", [w, x, u, p], [phi])
+        self.interval = self._interval()
+        self.inner_signals, self.inner_nodes = self._inner(inner)
 
-        y_z, G_z = self.outputs(z, u, p), self.constraints(z, u, p)
-        A1 = ca.SX.eye(z.numel()) + ca.jacobian(phi, z)
-        terms = {
-            "defect": phi,
-            "A0": ca.jacobian(phi, x),
-            "A1": A1,
-            "B": ca.jacobian(phi, u),
-            "y": y_z,
-            "Cx": ca.jacobian(y_z, z),
-            "Cu": ca.jacobian(y_z, u),
-            "G": G_z,
-            "D": ca.jacobian(G_z, z),
-            "E": ca.jacobian(G_z, u),
-        }
-        vectors = ("defect", "y", "G")
-        self._shapes = {name: term.shape[:1] if name in vectors else term.shape for name, term in terms.items()}
+        self._terms = self._linearised(phi, w, x, u, p)
+        self._arguments = [end[:nx], x, u, p, ca.vertcat(end[nx:], e)]
+        self.imposed = self._influenced()
+
+        symbol: Any = ca.MX if self.interval.is_a("MXFunction") else ca.SX
+        arguments: list[Any] = [
+            symbol.sym(name, self.interval.size1_in(i)) for i, name in enumerate(("w", "x", "u", "p"))
+        ]
+        terms = self._linearised(self.interval(*arguments), *arguments)
+        self._shapes = {name: term.shape[:1] if name in VECTORS else term.shape for name, term in terms.items()}
         packed = ca.densify(ca.vertcat(*(ca.vec(ca.densify(term)) for term in terms.values())))
-        stage = ca.Function("stage", [z, x, u, p], [packed])
-        self._stages = stage.map(problem.horizon)
+        self._stages = ca.Function("stage", arguments, [packed]).map(problem.horizon)
+        self._newton = ca.Function("newton", arguments, [terms["defect"], terms["A0"], terms["M"]])
         self._path = self.constraints.map(problem.horizon)
         self._parameters = np.tile(problem.parameters[:, None], problem.horizon)
-        self._step = ca.Function("step", [z, x, u, p], [phi, terms["A0"], terms["A1"]])
-        self.imposed = self._influenced(terms)
-        self._arguments, self._terms = (z, x, u, p), terms
+
+    @property
+    def unknowns(self) -> int:
+        """Number nw of unknowns in an interval."""
+        return self.interval.size1_in(0)
 
     def program(self) -> StageProgram:
-        """The linearised stage for the C core, whose operations must be known to it."""
-        terms = self._terms | {"M": ca.SX.eye(len(self.problem.model.states)) - self._terms["A1"]}
+        """The linearised substep for the C core, whose operations must be known to it."""
         entries: list[Any] = []
         first: dict[str, int] = {}
         positions: dict[str, list[tuple[int, int]]] = {}
-        for name in VECTORS:
-            first[name] = len(entries)
-            entries += ca.vertsplit(ca.densify(terms[name]))
-        for name in MATRICES:
-            # CasADi sorts nonzeros by columns; those of the transpose are sorted by rows.
-            transposed = ca.sparsify(terms[name].T)
-            columns, rows = transposed.sparsity().get_triplet()
-            first[name], positions[name] = len(entries), list(zip(rows, columns, strict=True))
-            entries += transposed.nonzeros()
+        inside: list[bool] = []
+        for name in (*VECTORS, *MATRICES):
+            first[name], term = len(entries), self._terms[name]
+            if name in VECTORS:
+                entries += ca.vertsplit(ca.densify(term))
+            else:
+                # CasADi sorts nonzeros by columns; those of the transpose are sorted by rows.
+                transposed = ca.sparsify(term.T)
+                columns, rows = transposed.sparsity().get_triplet()
+                positions[name] = list(zip(rows, columns, strict=True))
+                entries += transposed.nonzeros()
+            inside += [name not in OF_ENDS] * (len(entries) - len(inside))
         fixed = np.array([float(entry) if entry.is_constant() else np.nan for entry in entries])
-        varying = ca.vertcat(*(entry for entry, value in zip(entries, fixed, strict=True) if np.isnan(value)))
-        tape = record(ca.Function("stage", list(self._arguments), [ca.cse(varying)]))
-        slots = np.flatnonzero(np.isnan(fixed))
-        outputs = tape.code[:, 0] == OPERATIONS.index("output")
-        tape.code[outputs, 1] = slots[tape.code[outputs, 1]]
-        return StageProgram(tape, fixed, first, positions)
+        varying = np.isnan(fixed)
 
-    def linearize(self, x: Array, u: Array) -> Stages:
+        def tape(slots: np.ndarray) -> Tape:
+            outputs = ca.vertcat(*(entries[slot] for slot in slots))
+            program = record(ca.Function("stage", self._arguments, [ca.cse(outputs)]))
+            written = program.code[:, 0] == OPERATIONS.index("output")
+            program.code[written, 1] = slots[program.code[written, 1]]
+            return program
+
+        alone = self.discretization.substeps == 1
+        inner = None if alone else tape(np.flatnonzero(varying & inside))
+        return StageProgram(tape(np.flatnonzero(varying)), inner, fixed, first, positions)
+
+    def linearize(self, x: Array, u: Array, inner: Array) -> Stages:
         """Linearise all stages about a guess.
 
         Parameters
@@ -138,8 +176,11 @@ class Transcription:
             Guess x_g of the states.
         u : ndarray, shape (N, nu)
             Guess u_g of the inputs.
+        inner : ndarray, shape (N, nw - nx)
+            Guess of the intervals' other unknowns.
         """
-        packed = self._stages(x[1:].T, x[:-1].T, u.T, self._parameters).full().T
+        unknowns = np.hstack([x[1:], inner])
+        packed = self._stages(unknowns.T, x[:-1].T, u.T, self._parameters).full().T
         arrays: dict[str, Array] = {}
         start = 0
         for name, shape in self._shapes.items():
@@ -150,30 +191,109 @@ class Transcription:
             start += size
         return Stages(**arrays)
 
-    def path_constraints(self, x: Array, u: Array) -> Array:
-        """Values (N, nc) of the path constraints along states (N + 1, nx) and inputs (N, nu)."""
-        return self._path(x[1:].T, u.T, self._parameters).full().T
+    def inner_between(self, begin: Array, end: Array) -> Array:
+        """A guess (n, nw - nx) of the other unknowns of intervals from states (n, nx) to states (n, nx)."""
+        nx = begin.shape[-1]
+        states = self.inner_signals < nx
+        guess = np.empty((*begin.shape[:-1], len(self.inner_signals)))
+        signals, share = self.inner_signals[states], self.inner_nodes[states]
+        guess[..., states] = (1.0 - share) * begin[..., signals] + share * end[..., signals]
+        guess[..., ~states] = self.problem.model.algebraic_guess[self.inner_signals[~states] - nx]
+        return guess
 
-    def step(self, z: Array, x: Array, u: Array) -> tuple[Array, Array, Array]:
-        """Residual (nx,) of a single step from x to z with input u, and its derivatives A0, A1 (nx, nx)."""
-        phi, A0, A1 = self._step(z, x, u, self.problem.parameters)
-        return phi.full().ravel(), A0.full(), A1.full()
+    def path_constraints(self, x: Array, u: Array, inner: Array) -> Array:
+        """Values (N, nc) of the path constraints along states (N + 1, nx), inputs (N, nu) and other unknowns."""
+        algebraic = inner[:, : len(self.problem.model.algebraic)]
+        return self._path(np.hstack([x[1:], algebraic]).T, u.T, self._parameters).full().T
 
-    def _influenced(self, terms: dict[str, Any]) -> Any:
-        """Propagate by sparsity patterns which states depend on a free input, stage by stage."""
-        pattern = {
-            name: np.asarray(ca.DM(terms[name].sparsity(), 1).full() != 0.0) for name in ("A0", "A1", "B", "D", "E")
+    def advance(self, x: Array, u: Array) -> tuple[Array, Array]:
+        """The unknowns w (nw,) of an interval that begins at x (nx,) with input u (nu,), and their derivatives by x.
+
+        By Newton's method from a guess at rest.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            If the linearised equations are singular or give no finite numbers.
+        """
+        w, sensitivity = np.r_[x, self.inner_between(x, x)], np.zeros((self.unknowns, len(x)))
+        for _ in range(NEWTON_ITERATIONS):
+            phi, A0, M = (value.full() for value in self._newton(w, x, u, self.problem.parameters))
+            solved = np.linalg.solve(M, np.hstack([A0, phi]))
+            sensitivity, correction = solved[:, :-1], solved[:, -1]
+            w = w + correction
+            if not np.isfinite(w).all():
+                raise np.linalg.LinAlgError("Newton's method left the finite numbers")
+            if (np.abs(correction) <= NEWTON_TOLERANCE * (1.0 + np.abs(w).max())).all():
+                break
+        return w, sensitivity
+
+    def _interval(self) -> Any:
+        """All substeps of an interval; its unknowns are those of the last substep, then those of the ones before."""
+        substep, m = self._substep, self.discretization.substeps
+        nw, nx, nu, np_ = (substep.size1_in(i) for i in range(4))
+        if m == 1:
+            return substep
+        if self.discretization.explicit:
+            # There may be thousands: a loop, not an expression.
+            w, x, u, p = (ca.MX.sym(name, size) for name, size in (("w", nw), ("x", nx), ("u", nu), ("p", np_)))
+            F = ca.Function("F", [x, u, p], [substep(ca.DM.zeros(nw), x, u, p)])
+            end = F.fold(m)(x, ca.repmat(u, 1, m), ca.repmat(p, 1, m))
+            return ca.Function("interval", [w, x, u, p], [end - w])
+        w, x, u, p = (ca.SX.sym(name, size) for name, size in (("w", m * nw), ("x", nx), ("u", nu), ("p", np_)))
+        last, *before = ca.vertsplit(w, nw)
+        start, rows = x, []
+        for unknowns in (*before, last):
+            rows.append(substep(unknowns, start, u, p))
+            start = unknowns[:nx]
+        return ca.Function("interval", [w, x, u, p], [ca.vertcat(rows[-1], *rows[:-1])])
+
+    def _inner(self, inner: Sequence[tuple[int, float]]) -> tuple[np.ndarray, Array]:
+        """Signals and nodes of the unknowns of an interval but the state at its end."""
+        m, nx, nz = self.discretization.substeps, len(self.problem.model.states), len(self.problem.model.algebraic)
+        table: list[tuple[int, float]] = []
+        for j in (m - 1, *range(m - 1)) if not self.discretization.explicit else ():
+            ends = range(nx if j == m - 1 else 0, nx + nz)
+            table += [(signal, 1.0 * (j + 1) / m) for signal in ends]
+            table += [(signal, (j + node) / m) for signal, node in inner]
+        signals, nodes = np.array(table, dtype=float).reshape(-1, 2).T
+        return signals.astype(np.int32), nodes
+
+    def _linearised(self, phi: Any, w: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        """All terms of a step with the equations phi."""
+        xz = w[: len(self.problem.model.variables)]
+        y, G = self.outputs(xz, u, p), self.constraints(xz, u, p)
+        return {
+            "defect": phi,
+            "A0": ca.jacobian(phi, x),
+            "M": -ca.jacobian(phi, w),
+            "B": ca.jacobian(phi, u),
+            "y": y,
+            "Cx": ca.jacobian(y, xz),
+            "Cu": ca.jacobian(y, u),
+            "G": G,
+            "D": ca.jacobian(G, xz),
+            "E": ca.jacobian(G, u),
         }
-        # x_i depends on everything that reaches it through (I - A1)^-1 = I + A1 + A1^2 + ...
-        nx = len(pattern["A1"])
-        closure = np.eye(nx, dtype=bool) | pattern["A1"]
-        for _ in range(nx.bit_length()):
+
+    def _influenced(self) -> Any:
+        """Propagate by sparsity patterns which variables depend on a free input, substep by substep."""
+        problem, terms = self.problem, self._terms
+        pattern = {
+            name: np.asarray(ca.DM(terms[name].sparsity(), 1).full() != 0.0) for name in ("A0", "M", "B", "D", "E")
+        }
+        # w depends on everything that reaches it through M^-1: with M = I - A1, that is I + A1 + A1^2 + ...
+        nx, nw, size = len(problem.model.states), len(pattern["M"]), len(problem.model.variables)
+        closure = np.eye(nw, dtype=bool) | pattern["M"]
+        for _ in range(nw.bit_length()):
             closure = closure @ closure
-        imposed = np.zeros((self.problem.horizon, len(self.problem.constraints)), dtype=bool)
-        influenced = np.zeros(nx, dtype=bool)
-        for k in range(self.problem.horizon):
-            free = k >= self.problem.delay
-            source = pattern["A0"] @ influenced | (pattern["B"].any(axis=1) if free else False)
-            influenced = closure @ source
-            imposed[k] = pattern["D"] @ influenced | (pattern["E"].any(axis=1) if free else False)
+        imposed = np.zeros((problem.horizon, len(problem.constraints)), dtype=bool)
+        influenced = np.zeros(size, dtype=bool)
+        for k in range(problem.horizon):
+            of_inputs = pattern["B"].any(axis=1) if k >= problem.delay else False
+            for _ in range(self.discretization.substeps):
+                before, influenced = influenced, (closure @ (pattern["A0"] @ influenced[:nx] | of_inputs))[:size]
+                if (before == influenced).all():
+                    break
+            imposed[k] = pattern["D"] @ influenced | (pattern["E"].any(axis=1) if k >= problem.delay else False)
         return imposed

@@ -26,7 +26,7 @@ def test_models_lists_every_signal_with_its_unit():
     for name, make in MODELS.items():
         model = make()
         assert name in words
-        for signals in (model.states, model.inputs, model.parameters, model.outputs):
+        for signals in model.signals:
             for signal in signals:
                 assert f"{signal} [{signals.unit(signal)}]" in words
 

@@ -15,14 +15,15 @@ NATURAL = {
     "four_wheel": {"v_x": 8.0, "w_fl": 13.3, "w_fr": 13.3, "w_rl": 13.3, "w_rr": 13.3},
     "cart_pendulum": {"angle": 0.3, "speed": 0.1},
     "robertson_reactor": {"a": 0.8, "b": 2e-5, "c": 0.2},
+    "robertson_dae": {"a": 0.8, "b": 2e-5, "c": 0.2},
     "van_de_vusse_reactor": {"c_a": 2.14, "c_b": 1.09, "temperature": 114.2, "jacket": 112.9},
 }
 
 
 def points(name):
-    """States (nx,): zero, a natural one, and natural ones with some scatter."""
+    """Variables (nx + nz,): zero, natural ones, and natural ones with some scatter."""
     model = MODELS[name]()
-    natural = model.states.vector(NATURAL[name], "x", np.zeros(len(model.states)))
+    natural = model.variables.vector(NATURAL[name], "x", np.zeros(len(model.variables)))
     scatter = np.random.default_rng(0).uniform(0.9, 1.1, (5, len(natural)))
     return model, np.vstack([np.zeros_like(natural), natural, natural * scatter])
 
@@ -43,16 +44,17 @@ def test_public_factory_is_documented(name):
 @every_model
 def test_every_signal_has_a_unit(name):
     model = MODELS[name]()
-    for signals in (model.states, model.inputs, model.parameters, model.outputs):
+    for signals in model.signals:
         assert all(unit and unit == unit.strip() for unit in signals.units)
-    for signal in (*model.states, *model.inputs, *model.parameters, *model.outputs):
-        assert model.unit(signal)
+        assert all(model.unit(signal) for signal in signals)
 
 
 @every_model
 def test_has_states_and_inputs_in_vector_order(name):
     model = MODELS[name]()
-    assert model.f.size1_in(0) == model.f.size1_out(0) == len(model.states) > 0
+    assert model.f.size1_in(0) == len(model.states) + len(model.algebraic)
+    assert model.f.size1_out(0) == len(model.states) > 0
+    assert model.g.size1_out(0) == len(model.algebraic)
     assert model.f.size1_in(1) == len(model.inputs) > 0
     assert model.f.size1_in(2) == len(model.parameters)
     assert [model.f.name_in(i) for i in range(3)] == ["x", "u", "p"]
@@ -61,13 +63,11 @@ def test_has_states_and_inputs_in_vector_order(name):
 @every_model
 def test_dynamics_and_derivatives_are_finite(name):
     model, states = points(name)
-    slopes = ca.Function(
-        "slopes",
-        [model.x, model.u, model.p],
-        [ca.jacobian(model.f(model.x, model.u, model.p), ca.vertcat(model.x, model.u))],
-    )
+    arguments = [model.xz, model.u, model.p]
+    equations = ca.vertcat(model.f(*arguments), model.g(*arguments))
+    slopes = ca.Function("slopes", arguments, [ca.jacobian(equations, ca.vertcat(model.xz, model.u))])
     for x in states:
-        for function in (model.f, slopes):
+        for function in (model.f, model.g, slopes):
             assert np.isfinite(function(x, np.zeros(len(model.inputs)), model.default_parameters).full()).all()
 
 
@@ -80,7 +80,7 @@ def test_default_parameters_are_finite(name):
 def test_outputs_are_finite(name):
     model, states = points(name)
     for output in model.outputs:
-        value = ca.Function("output", [model.x, model.u, model.p], [model.expression(output, "output")])
+        value = ca.Function("output", [model.xz, model.u, model.p], [model.expression(output, "output")])
         for x in states:
             assert np.isfinite(float(value(x, np.zeros(len(model.inputs)), model.default_parameters)))
 
@@ -88,7 +88,7 @@ def test_outputs_are_finite(name):
 @every_model
 def test_every_input_acts(name):
     model = MODELS[name]()
-    pattern = ca.jacobian_sparsity(model.f(model.x, model.u, model.p), model.u)
+    pattern = ca.jacobian_sparsity(model.f(model.xz, model.u, model.p), model.u)
     # Zero columns would be inputs that nothing listens to.
     assert (ca.DM(pattern, 1).full() != 0.0).any(axis=0).all()
 
@@ -107,5 +107,5 @@ def test_two_instances_are_equal_and_independent(name):
 def test_can_be_integrated(name):
     model, states = points(name)
     plant = rumo.simulation.Plant(model, 0.01)
-    end = plant.advance(states[1], np.zeros(len(model.inputs)), model.default_parameters)
+    end = plant.advance(states[1][: len(model.states)], np.zeros(len(model.inputs)), model.default_parameters)
     assert np.isfinite(end).all()

@@ -1,5 +1,6 @@
 """Problems as C headers for the tests of the core: made at run time, so that they never differ from the package."""
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,11 +8,12 @@ from problems import cooled_reactor, pendulum, stiff_reactor, swinging_cart, tan
 
 import rumo
 from rumo.kernel import describe, problem_source
-from rumo.kernel.description import MATRICES, Description, StageProgram
+from rumo.kernel.description import MATRICES, SIZES, Description, StageProgram
 from rumo.kernel.export import ARRAYS, array_source
 from rumo.kernel.tape import Tape
 from rumo.references import SinePath
 from rumo.studies import PaperStudy
+from rumo.textbook import robertson_dae
 from rumo.vehicles import PAPER_CAR
 
 PERIOD = 0.04
@@ -24,6 +26,7 @@ class Fixture:
     problem: rumo.Problem
     x: list[float]
     reference: object
+    scheme: rumo.Discretization = dataclasses.field(default_factory=rumo.ImplicitEuler)
 
 
 def paper_car(penalty, delay, **changes):
@@ -79,6 +82,20 @@ def bare():
     return held(pendulum(bounds={}, delay=0, horizon=1), [0.1, 0.0], [0.0], [1.0])
 
 
+def algebraic():
+    """Robertson's reaction with an algebraic variable that is tracked and limited."""
+    problem = rumo.Problem(
+        robertson_dae(),
+        horizon=10,
+        sampling_time=2.0,
+        delay=1,
+        track={"c": rumo.Weight(1.0, range=0.5)},
+        moves={"dilution": rumo.Weight(0.01, range=0.1)},
+        bounds={"dilution": (0.0, 0.05), "c": rumo.Bounds(upper=0.17, penalty=rumo.Penalty(0.5))},
+    )
+    return held(problem, [0.8, 2.6e-5], [0.16], [0.19])
+
+
 def fixtures():
     """All of them, by name."""
     soft = rumo.Penalty(l1=1.0)
@@ -96,35 +113,40 @@ def fixtures():
         "reactor": held(reactor, x_reactor, [0.84], [0.79]),
         "hot": held(hot, x_hot, [1.11], [1.0]),
         "tank": held(tank(), [1.0], [1.2], [0.4]),
+        "car_radau": dataclasses.replace(paper_car(soft, 1), scheme=rumo.Radau2()),
+        "car_substeps": dataclasses.replace(paper_car(soft, 2), scheme=rumo.Bdf2(substeps=2)),
+        "cart_explicit": dataclasses.replace(held(cart, x_cart, [0.0, 0.0], [0.5, 0.0]), scheme=rumo.Rk4(substeps=3)),
+        "algebraic": dataclasses.replace(algebraic(), scheme=rumo.Trapezoidal(substeps=2)),
         "contradictory": contradictory(),
         "bare": bare(),
     }
 
 
-def description_of(problem):
+def description_of(fixture):
     """What the core is told about a problem."""
-    return rumo.RealTimeIteration(problem, backend="portable")._describe()
+    return rumo.RealTimeIteration(fixture.problem, fixture.scheme, backend="portable")._describe()
 
 
 def tailored_model(fixture):
     """What a tailored build of the core is compiled with: definitions, and the model as C."""
-    description = description_of(fixture.problem)
+    description = description_of(fixture)
     sizes = ", ".join(str(size) for size in description.sizes)
     defines = f'#define RUMO_TAILORED\n#define RUMO_SIZES {sizes}\n#define RUMO_EVALUATE "model.h"\n'
-    return defines, description.tape.source(description.sizes[0])
+    N = description.sizes[0]
+    return defines, description.tape.source("evaluate", N) + description.inner_tape.source("evaluate_inner", N)
 
 
 def recorded(fixture, samples, seed=0):
     """A loop closed with the predicted state and some noise: x, references, applied inputs, numbers, statuses."""
     problem = fixture.problem
-    controller = rumo.RealTimeIteration(problem, backend="reference")
+    controller = rumo.RealTimeIteration(problem, fixture.scheme, backend="reference")
     rng = np.random.default_rng(seed)
     x = np.array(fixture.x)
     rows = []
     for k in range(samples):
         reference, applied = fixture.reference(k), controller.applied
         plan = controller.step(x, reference)
-        numbers = np.concatenate([part.values.ravel() for part in (plan.u, plan.x, plan.slacks)])
+        numbers = np.concatenate([part.values.ravel() for part in (plan.u, plan.x, plan.slacks, plan.z)])
         rows.append((x.copy(), reference, applied, numbers, list(rumo.Status).index(plan.status)))
         predicted = plan.x.values[1]
         if np.isfinite(predicted).all():
@@ -136,7 +158,7 @@ def fixture_header(chosen, samples):
     """The header fixtures.h: every problem, its record, and the table of all."""
     parts, rows = ['#include "fixture.h"\n'], []
     for name, fixture in chosen.items():
-        parts.append(problem_source(description_of(fixture.problem), name))
+        parts.append(problem_source(description_of(fixture), name))
         arrays = dict(zip(("x", "reference", "told", "numbers", "status"), recorded(fixture, samples), strict=True))
         parts += [array_source(f"{name}_{key}_recorded", array) for key, array in arrays.items()]
         rows.append(
@@ -166,9 +188,9 @@ def pattern_header(count=24, seed=1):
         for name in MATRICES:
             first[name], slots = slots, slots + len(positions[name])
         tape = Tape(np.zeros((0, 4), dtype=np.int32), np.zeros(0), 1)
-        sizes = {"horizon": 8, "states": nx, "inputs": nu, "outputs": 0, "constraints": 0, "parameters": 0, "delay": 0}
+        sizes = dict.fromkeys(SIZES[:-1], 0) | {"horizon": 8, "states": nx, "inputs": nu, "substeps": 1}
         empty = {name: np.zeros(0) for name in (*ARRAYS, "parameter_values") if name != "fixed"}
-        description: Description = describe(StageProgram(tape, np.zeros(slots), first, positions), sizes, empty)
+        description: Description = describe(StageProgram(tape, None, np.zeros(slots), first, positions), sizes, empty)
         parts.append(problem_source(description, f"pattern_{index}"))
         names.append(f"&pattern_{index}")
     parts.append(

@@ -6,7 +6,7 @@ from problems import PROBLEMS, car
 
 import rumo
 from rumo import QpOptions
-from rumo.registry import MODELS
+from rumo.registry import DISCRETIZATIONS, MODELS
 from rumo.studies import PaperStudy
 from rumo.vehicles import PAPER_CAR, four_wheel
 
@@ -69,6 +69,19 @@ def of_robertson(horizon, delay, penalty):
     return problem, [0.8, 2.6e-5, 0.2], {"a": 0.84}
 
 
+def of_robertson_dae(horizon, delay, penalty):
+    problem = rumo.Problem(
+        MODELS["robertson_dae"](),
+        horizon=horizon,
+        sampling_time=2.0,
+        delay=delay,
+        track={"c": rumo.Weight(1.0, range=0.5), "b": rumo.Weight(0.1, range=1e-5)},
+        moves={"dilution": rumo.Weight(0.01, range=0.1)},
+        bounds={"dilution": (0.0, 0.05), "c": rumo.Bounds(upper=0.17, penalty=penalty)},
+    )
+    return problem, [0.8, 2.6e-5], {"c": 0.16, "b": 2e-5}
+
+
 def of_van_de_vusse(horizon, delay, penalty):
     problem = rumo.Problem(
         MODELS["van_de_vusse_reactor"](),
@@ -92,18 +105,28 @@ CASES = {
     "four_wheel": of_four_wheel,
     "cart_pendulum": of_pendulum,
     "robertson_reactor": of_robertson,
+    "robertson_dae": of_robertson_dae,
     "van_de_vusse_reactor": of_van_de_vusse,
 }
+SCHEMES = {name: scheme() for name, scheme in DISCRETIZATIONS.items()} | {
+    "3 implicit-euler": rumo.ImplicitEuler(substeps=3),
+    "2 bdf2": rumo.Bdf2(substeps=2),
+    "2 radau2": rumo.Radau2(substeps=2),
+    "2 gauss2": rumo.Gauss2(substeps=2),
+    "40 rk4": rumo.Rk4(substeps=40),
+}
+NOT_STIFF = ("cart_pendulum", "van_de_vusse_reactor")
+SCHEMES_OF_MODELS = [
+    pytest.param(scheme, model, id=f"{name}-{model}")
+    for name, scheme in SCHEMES.items()
+    for model in (NOT_STIFF if scheme.explicit else CASES)
+]
 HORIZONS = [(1, 0), (2, 1), (4, 3), (9, 2), (16, 0), (25, 1), (60, 3)]
 
 
 def advanced(controller, x, u):
-    """The discretised model one step on, by Newton's method."""
-    z = x
-    for _ in range(30):
-        phi, _, A1 = controller.transcription.step(z, x, u)
-        z = z + np.linalg.solve(np.eye(len(x)) - A1, phi)
-    return z
+    """The discretised model one step on."""
+    return controller.transcription.advance(x, u)[0][: len(x)]
 
 
 def drive(controllers, problem, x, reference, samples=6):
@@ -128,6 +151,8 @@ def assert_same(problem, first, second, tolerance):
     np.testing.assert_allclose(second.x.values / size, first.x.values / size, rtol=0.0, atol=tolerance)
     amount = problem.constraint_scales
     np.testing.assert_allclose(second.slacks.values / amount, first.slacks.values / amount, rtol=0.0, atol=tolerance)
+    size = np.abs(first.z.values).max(axis=0) + 1e-300
+    np.testing.assert_allclose(second.z.values / size, first.z.values / size, rtol=0.0, atol=tolerance)
 
 
 @pytest.fixture
@@ -140,9 +165,9 @@ def test_every_model_is_here():
     assert set(CASES) == set(MODELS)
 
 
-def compare(case, horizon, delay, penalty, backends, tolerance):
+def compare(case, horizon, delay, penalty, backends, tolerance, scheme=None):
     problem, x, reference = case(horizon, delay, penalty)
-    controllers = [rumo.RealTimeIteration(problem, qp=EXACT, backend=backend) for backend in backends]
+    controllers = [rumo.RealTimeIteration(problem, scheme, qp=EXACT, backend=backend) for backend in backends]
     assert [controller.backend for controller in controllers] == list(backends)
     for first, second in drive(controllers, problem, x, reference):
         assert_same(problem, first, second, tolerance)
@@ -169,6 +194,25 @@ def test_portable_equals_reference_at_every_horizon(name, penalty):
 def test_tailored_equals_portable(name, horizon, delay, cache):
     for penalty in (PENALTY, None):
         compare(CASES[name], horizon, delay, penalty, ("portable", "tailored"), 1e-9)
+
+
+@pytest.mark.parametrize(("horizon", "delay"), [(1, 0), (9, 2), (16, 0)])
+@pytest.mark.parametrize(("scheme", "model"), SCHEMES_OF_MODELS)
+def test_every_scheme_portable_equals_reference(scheme, model, horizon, delay):
+    compare(CASES[model], horizon, delay, PENALTY, ("reference", "portable"), 1e-7, scheme)
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_every_scheme_tailored_equals_portable(name, cache):
+    model = "cart_pendulum" if SCHEMES[name].explicit else "robertson_dae"
+    compare(CASES[model], 9, 2, PENALTY, ("portable", "tailored"), 1e-9, SCHEMES[name])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("scheme", "model"), SCHEMES_OF_MODELS)
+def test_every_scheme_tailored_equals_portable_for_every_model(scheme, model, cache):
+    for penalty in PENALTIES.values():
+        compare(CASES[model], 9, 2, penalty, ("portable", "tailored"), 1e-9, scheme)
 
 
 @pytest.mark.slow

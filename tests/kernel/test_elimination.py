@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rumo.kernel.elimination import eliminate, triangular_blocks
+from rumo.kernel.elimination import compose, eliminate, triangular_blocks
 
 
 def random_pattern(rng, nx, density):
@@ -61,7 +61,7 @@ def test_tables(seed, nx, nu, density):
         dense[name] = np.zeros(pattern.shape)
         dense[name][pattern] = terms[first[name] : first[name] + len(positions[name])]
 
-    tables = eliminate(first, positions, nx, nu)
+    tables = eliminate(first, positions, nx, nx, nu)
     assert all(table.dtype == np.int32 and table.flags.c_contiguous for table in tables.values())
     right = np.hstack([dense["A0"], dense["B"], terms[:nx, None]])
     if np.linalg.cond(dense["M"]) < 1e8:
@@ -85,3 +85,46 @@ def test_blocks_are_triangular_and_as_small_as_can_be(seed):
         # Every state of a block reaches every other within it.
         inside = pattern[np.ix_(block, block)] | np.eye(len(block), dtype=bool)
         assert np.linalg.matrix_power(inside.astype(float), len(block)).all()
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    nx=st.integers(1, 6),
+    nz=st.integers(0, 2),
+    density=st.sampled_from([0.1, 0.3, 0.9]),
+    substeps=st.integers(1, 5),
+)
+def test_composition(seed, nx, nz, density, substeps):
+    """Run the tables as compose.c does, against products of dense matrices."""
+    rng = np.random.default_rng(seed)
+    nu, rows = 2, nx + nz
+    pattern = rng.random((rows + 3, nx + nu + 1)) < density  # three rows of inner unknowns have no part in it
+    entries = places(pattern)
+    tables = compose(entries, nx, rows)
+    composed, total = None, None
+    for _ in range(substeps):
+        values = rng.standard_normal(len(entries))
+        dense = np.zeros(pattern.shape)
+        dense[pattern] = values
+        A, rest = dense[:rows, :nx], dense[:rows, nx:]
+        if total is None:
+            composed = np.array([values[e] if e >= 0 else 0.0 for e in tables["composition_start"]])
+            total = dense[:rows]
+            continue
+        total = np.hstack([A @ total[:nx, :nx], A @ total[:nx, nx:] + rest])
+        product, after = iter(tables["composition_product"].tolist()), []
+        for own, count in zip(tables["composition_own"], tables["composition_products"], strict=True):
+            after.append(values[own] if own >= 0 else 0.0)
+            for _ in range(count):
+                a, b = next(product)
+                after[-1] += values[a] * composed[b]
+        assert next(product, None) is None
+        composed = np.array(after)
+    found = np.zeros_like(total)
+    found[tables["composition_row"], tables["composition_column"]] = composed
+    np.testing.assert_allclose(found, total, rtol=1e-12, atol=1e-12)
+
+
+def test_no_composition_of_one_substep():
+    assert all(table.size == 0 for table in compose([], 3, 3).values())

@@ -50,6 +50,22 @@ MODEL_MISTAKES = {
         {"dynamics": lambda x, u, p: {"angle": x.rate, "rat": u.torque}},
         "dynamics: got 'rat', expected one of angle, rate. Did you mean 'rate'?",
     ),
+    "algebraic variable without an equation": (
+        {"algebraic": {"force": 1.0}},
+        "algebraic['force']: got 1.0, expected a rumo.Algebraic. Write rumo.Algebraic(",
+    ),
+    "algebraic guess is NaN": (
+        {"algebraic": {"force": rumo.Algebraic("N", lambda x, u, p: x.force - u.torque, guess=np.nan)}},
+        "algebraic guesses['force']: got nan, expected a finite number.",
+    ),
+    "equations of index 2": (
+        {"algebraic": {"force": rumo.Algebraic("N", lambda x, u, p: x.angle - 1.0)}},
+        "algebraic: got equations that do not determine all of force, expected equations of index 1.",
+    ),
+    "algebraic variable named like a state": (
+        {"algebraic": {"rate": rumo.Algebraic("N", lambda x, u, p: x.rate - 1.0)}},
+        "algebraic: got the name 'rate', also among the states, expected names used once. Rename one.",
+    ),
     "not a mapping": ({"dynamics": lambda x, u, p: [x.rate, u.torque]}, "dynamics: got list, expected a mapping"),
     "vector expression": (
         {"dynamics": lambda x, u, p: {"angle": ca.vertcat(x.rate, x.rate), "rate": u.torque}},
@@ -375,3 +391,29 @@ def test_every_error_is_a_rumo_error():
 def test_a_model_cannot_be_read_by_an_unknown_name():
     with pytest.raises(rumo.UnknownNameError, match="expected one of angle, rate"):
         model().unit("torqe")
+
+
+@pytest.mark.parametrize("make", CONTROLLERS.values(), ids=CONTROLLERS)
+@pytest.mark.parametrize(
+    ("scheme", "message"),
+    [
+        ("radau2", "discretization: got 'radau2', expected a rumo.Discretization. Write rumo.ImplicitEuler()."),
+        (rumo.Radau2, "discretization: got Radau2, expected a rumo.Discretization. Write rumo.ImplicitEuler()."),
+        (
+            rumo.Rk4(),
+            "discretization: got Rk4, which is explicit, expected an implicit scheme for a model with algebraic "
+            "variables.",
+        ),
+    ],
+)
+def test_schemes(make, scheme, message):
+    algebraic = {"force": rumo.Algebraic("N", lambda x, u, p: x.force - u.torque)}
+    problem = pendulum(model=model(algebraic=algebraic))
+    with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
+        make(problem, scheme)
+
+
+@pytest.mark.parametrize("substeps", [0, 1.5, True])
+def test_substeps(substeps):
+    with pytest.raises(rumo.ArgumentError, match=f"substeps: got {substeps}, expected a whole number of at least 1"):
+        rumo.Radau2(substeps=substeps)

@@ -124,3 +124,31 @@ def test_scales_keep_small_states_exact(size):
 def test_settings_are_checked(settings, message):
     with pytest.raises(rumo.ArgumentError, match=message):
         Plant(pendulum().model, **settings)
+
+
+def test_algebraic_variables():
+    """A capacitor charged through a resistor, the current an algebraic variable: a closed form."""
+    model = rumo.Model(
+        states={"charge": "C"},
+        inputs={"voltage": "V"},
+        dynamics=lambda x, u, p: {"charge": x.current},
+        algebraic={"current": rumo.Algebraic("A", lambda x, u, p: u.voltage - 2.0 * x.current - x.charge / 0.5)},
+    )
+    plant = Plant(model, 0.7, tolerance=1e-10, scales={"current": 0.1})
+    end = plant.advance(np.array([0.3]), np.array([1.0]), NOTHING)
+    assert end[0] == pytest.approx(0.5 - 0.2 * np.exp(-0.7), abs=1e-8)
+
+
+def test_the_nearest_root_is_followed():
+    """Of z^2 = x, the root that the guess names, at later steps too."""
+    model = rumo.Model(
+        states={"x": "1", "sum": "1"},
+        inputs={"u": "1"},
+        dynamics=lambda x, u, p: {"x": u.u, "sum": x.root},
+        algebraic={"root": rumo.Algebraic("1", lambda x, u, p: x.root**2 - x.x, guess=-1.0)},
+    )
+    plant, x = Plant(model, 1.0, tolerance=1e-10), np.array([1.0, 0.0])
+    for _ in range(8):
+        x = plant.advance(x, np.array([1.0]), NOTHING)
+    # The integral of -sqrt(1 + t).
+    assert x[1] == pytest.approx(-2.0 / 3.0 * (9.0**1.5 - 1.0), rel=1e-7)

@@ -141,14 +141,19 @@ class CompiledRti(RealTimeIteration):
     def _describe(self) -> Any:
         problem, model = self.problem, self.problem.model
         penalties = [constraint.penalty for constraint in problem.constraints]
+        scheme = self.transcription.discretization
         sizes = {
             "horizon": problem.horizon,
             "states": len(model.states),
+            "algebraic": len(model.algebraic),
             "inputs": len(model.inputs),
             "outputs": len(problem.outputs),
             "constraints": len(problem.constraints),
             "parameters": len(problem.parameters),
             "delay": problem.delay,
+            "inner": len(scheme.inner(len(model.states), len(model.algebraic))),
+            "substeps": scheme.substeps,
+            "explicit_scheme": scheme.explicit,
         }
         names = ("output_weights", "move_weights", "input_scales", "input_lower", "input_upper", "move_lower")
         values = {name: getattr(problem, name) for name in (*names, "move_upper", "safe_input", "constraint_scales")}
@@ -156,6 +161,8 @@ class CompiledRti(RealTimeIteration):
             "l1": np.array([np.inf if penalty is None else penalty.l1 for penalty in penalties]),
             "l2": np.array([0.0 if penalty is None else penalty.l2 for penalty in penalties]),
             "imposed": self.transcription.imposed,
+            "inner_signals": self.transcription.inner_signals,
+            "algebraic_guess": model.algebraic_guess,
             "parameter_values": problem.parameters,
         }
         return describe(self.transcription.program(), sizes, values)

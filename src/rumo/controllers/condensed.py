@@ -24,7 +24,7 @@ class CondensedController(PolicyController):
 
     def _linearize(self, guess: Trajectory) -> bool:
         """Linearise about the guess, eliminate the implicit states, condense; False if that gives no numbers."""
-        stages = self.transcription.linearize(guess.x, guess.u)
+        stages = self.transcription.linearize(guess.x, guess.u, guess.inner)
         if not stages.finite:
             return False
         try:
@@ -49,7 +49,11 @@ class CondensedController(PolicyController):
         # x = x_g + dx, u = u_g + du
         dx = condensed.x_known @ known + condensed.x_free @ v
         du = np.vstack([du_decided, v.reshape(-1, nu) * problem.input_scales])
-        trajectory = Trajectory(guess.u + du, np.vstack([x, guess.x[1:] + dx]))
+        states = np.vstack([x, guess.x[1:] + dx])
+        A, B, c = condensed.inner
+        before = (states - guess.x)[:-1, :, None]
+        inner = guess.inner + (A @ before + B @ du[:, :, None])[:, :, 0] + c
+        trajectory = Trajectory(guess.u + du, states, inner)
         # As linearised: a stiff model's constraints at states that satisfy the dynamics to first order say nothing.
         constraints = (condensed.g_known @ known + condensed.g_free @ v).reshape(problem.horizon, -1)
         return self._assess(trajectory, constraints, status)

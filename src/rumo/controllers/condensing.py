@@ -41,6 +41,8 @@ class Condensed:
         Path constraints that are imposed: those that a free input can influence.
     correction : ndarray, shape (N, nx)
         Newton step of each stage onto the dynamics.
+    inner : tuple of ndarray, shapes (N, nw - nx, nx), (N, nw - nx, nu), (N, nw - nx)
+        The intervals' other unknowns over (dx_{i-1}, du_{i-1}, 1).
     """
 
     x_known: Array
@@ -53,6 +55,7 @@ class Condensed:
     hessian: Array
     rows: np.ndarray
     correction: Array
+    inner: tuple[Array, Array, Array]
 
     @property
     def reach(self) -> Array:
@@ -65,31 +68,35 @@ class Condensed:
 
     @property
     def straying(self) -> float:
-        """How far the guess is from satisfying the dynamics, over the reach of the inputs."""
+        """How far the guess is from satisfying the dynamics, over the reach of the inputs; but not at its last stage.
+
+        There it is an extrapolation.
+        """
         reach = self.reach
         moved = reach > 0.0
-        return float(np.max(np.abs(self.correction).max(axis=0)[moved] / reach[moved], initial=0.0))
+        return float(np.max(np.abs(self.correction[:-1]).max(axis=0, initial=0.0)[moved] / reach[moved], initial=0.0))
 
 
 def eliminate(stages: Stages) -> tuple[Array, Array, Array]:
-    """Solve each implicit stage for its new state: `dx_i = A dx_{i-1} + B du_{i-1} + c`, one LU per stage.
+    """Solve each implicit stage for its unknowns: `dw_i = A dx_{i-1} + B du_{i-1} + c`, one LU per stage.
 
-    Equation (implicit-linearized-virtual-displacement-dynamics) of the paper,
+    For implicit Euler, `M = I - A1` and the unknowns are the new state: equation
+    (implicit-linearized-virtual-displacement-dynamics) of the paper,
     `(I - A1) dx_i = A0 dx_{i-1} + B du_{i-1} + (F_g - x_g)`.
 
     Returns
     -------
-    A, B, c : ndarray, shapes (N, nx, nx), (N, nx, nu), (N, nx)
+    A, B, c : ndarray, shapes (N, nw, nx), (N, nw, nu), (N, nw)
         The explicit form of every stage.
 
     Raises
     ------
     numpy.linalg.LinAlgError
-        If I - A1 is singular at some stage.
+        If M is singular at some stage.
     """
-    nx = stages.A1.shape[1]
+    nx = stages.A0.shape[2]
     right = np.concatenate([stages.A0, stages.B, stages.defect[:, :, None]], axis=2)
-    solved = np.linalg.solve(np.eye(nx) - stages.A1, right)
+    solved = np.linalg.solve(stages.M, right)
     return solved[:, :, :nx], solved[:, :, nx:-1], solved[:, :, -1]
 
 
@@ -115,17 +122,18 @@ def condense(stages: Stages, problem: Problem, imposed: np.ndarray) -> Condensed
     O(N^2 nx nu) for the responses, O(N^3 nu^2 ny) for the Hessian. Source: Frison (2015), ch. 6.
     """
     A, B, c = eliminate(stages)
-    N, nx, nu = B.shape
+    N, nx, nu = len(A), A.shape[2], B.shape[2]
+    size = nx + len(problem.model.algebraic)
     d = problem.delay
-    # Response of dx_i to (dx_0, du_0 ... du_{N-1}, 1), by forward substitution.
+    # Response of (dx_i, dz_i) to (dx_0, du_0 ... du_{N-1}, 1), by forward substitution.
     inputs = [slice(nx + k * nu, nx + (k + 1) * nu) for k in range(N)]
-    response = np.zeros((N, nx, nx + N * nu + 1))
+    response = np.zeros((N, size, nx + N * nu + 1))
     previous = np.eye(nx, nx + N * nu + 1)
     for k in range(N):
-        response[k] = A[k] @ previous
-        response[k][:, inputs[k]] += B[k]
-        response[k][:, -1] += c[k]
-        previous = response[k]
+        response[k] = A[k, :size] @ previous
+        response[k][:, inputs[k]] += B[k, :size]
+        response[k][:, -1] += c[k, :size]
+        previous = response[k, :nx]
 
     y = stages.Cx @ response
     g = stages.D @ response
@@ -142,7 +150,7 @@ def condense(stages: Stages, problem: Problem, imposed: np.ndarray) -> Condensed
     def split(array: Array) -> tuple[Array, Array]:
         return array[..., known], array[..., first_free:-1] * scale
 
-    x_known, x_free = split(response)
+    x_known, x_free = split(response[:, :nx])
     y_known, y_free = split(y.reshape(-1, y.shape[2]))
     g_known, g_free = split(g.reshape(-1, g.shape[2]))
     increments = (np.eye(scale.size) - np.eye(scale.size, k=-nu)) * scale
@@ -152,7 +160,8 @@ def condense(stages: Stages, problem: Problem, imposed: np.ndarray) -> Condensed
     hessian = 2.0 * (y_free.T @ (Q[:, None] * y_free) + increments.T @ (R[:, None] * increments))
     influence = np.linalg.norm(g_free, axis=1).reshape(N, -1) / problem.constraint_scales
     rows = np.flatnonzero(imposed & (influence > NO_INFLUENCE))
-    return Condensed(x_known, x_free, y_known, y_free, g_known, g_free, increments, hessian, rows, c)
+    inner = A[:, nx:], B[:, nx:], c[:, nx:]
+    return Condensed(x_known, x_free, y_known, y_free, g_known, g_free, increments, hessian, rows, c[:, :nx], inner)
 
 
 def quadratic_program(

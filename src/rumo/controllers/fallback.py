@@ -12,19 +12,30 @@ from rumo.signals import Array
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Inputs (N, nu) and states (N + 1, nx) over a horizon."""
+    """Inputs (N, nu), states (N + 1, nx) and the intervals' other unknowns (N, nw - nx) over a horizon."""
 
     u: Array
     x: Array
+    inner: Array
 
     @classmethod
-    def at_rest(cls, x: Array, u: Array, horizon: int) -> Trajectory:
+    def at_rest(cls, x: Array, u: Array, inner: Array, horizon: int) -> Trajectory:
         """Stay at state x (nx,) with input u (nu,)."""
-        return cls(np.tile(u, (horizon, 1)), np.tile(x, (horizon + 1, 1)))
+        return cls(np.tile(u, (horizon, 1)), np.tile(x, (horizon + 1, 1)), np.tile(inner, (horizon, 1)))
 
-    def shifted(self) -> Trajectory:
-        """One sample later: u(t+N) = u(t+N-1), the last state extrapolated."""
-        return Trajectory(np.vstack([self.u[1:], self.u[-1]]), np.vstack([self.x[1:], 2.0 * self.x[-1] - self.x[-2]]))
+    def shifted(self, signals: np.ndarray) -> Trajectory:
+        """One sample later: u(t+N) = u(t+N-1), the last state extrapolated.
+
+        `signals` says which state each inner unknown is a value of; numbers beyond the states are algebraic variables.
+        """
+        nx = self.x.shape[1]
+        last_move = self.x[-1] - self.x[-2]
+        inner_move = np.r_[last_move, np.zeros(signals.max(initial=nx) + 1 - nx)][signals]
+        return Trajectory(
+            np.vstack([self.u[1:], self.u[-1]]),
+            np.vstack([self.x[1:], self.x[-1] + last_move]),
+            np.vstack([self.inner[1:], self.inner[-1] + inner_move]),
+        )
 
     @property
     def resting(self) -> bool:
@@ -34,7 +45,7 @@ class Trajectory:
     @property
     def finite(self) -> bool:
         """Whether every number is finite."""
-        return bool(np.isfinite(self.u).all() and np.isfinite(self.x).all())
+        return all(np.isfinite(array).all() for array in (self.u, self.x, self.inner))
 
 
 def admissible(problem: Problem, u: Array, previous: Array) -> Array:

@@ -74,4 +74,5 @@ class LinearTimeVarying(CondensedController):
             )
         named = dict(zip(model.inputs, np.tile(problem.safe_input[:, None], N + 1), strict=True)) | window
         u = np.column_stack([named[name][:N] for name in model.inputs])
-        return Trajectory(u, np.column_stack([named[name] for name in model.states]))
+        x = np.column_stack([named[name] for name in model.states])
+        return Trajectory(u, x, self.transcription.inner_between(x[:-1], x[1:]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -104,11 +104,12 @@ class DirectNlp(PolicyController):
         problem, functions = self.problem, self.transcription
         N, d = problem.horizon, problem.delay
         nx, nu = len(problem.model.states), len(problem.model.inputs)
-        x0, x = ca.SX.sym("x0", nx), ca.SX.sym("x", nx, N)
+        nw, nz = functions.unknowns, len(problem.model.algebraic)
+        x0, w = ca.SX.sym("x0", nx), ca.SX.sym("w", nw, N)
         decided, u = ca.SX.sym("decided", nu, len(self._applied)), ca.SX.sym("u", nu, N - d)
         reference = ca.SX.sym("r", len(problem.outputs), N)
         p = ca.DM(problem.parameters)
-        states = ca.horzcat(x0, x)
+        states = ca.horzcat(x0, w[:nx, :])
         inputs = ca.horzcat(decided[:, :d], u)
         increments = ca.diff(ca.horzcat(decided[:, -1], u), 1, 1)
 
@@ -118,12 +119,12 @@ class DirectNlp(PolicyController):
         cost = ca.SX(0)
         equalities, hard = [], []
         for k in range(N):
-            equalities.append(functions.residual(states[:, k + 1], states[:, k], inputs[:, k], p))
-            error = functions.outputs(states[:, k + 1], inputs[:, k], p) - reference[:, k]
+            equalities.append(functions.interval(w[:, k], states[:, k], inputs[:, k], p))
+            error = functions.outputs(w[: nx + nz, k], inputs[:, k], p) - reference[:, k]
             cost += ca.dot(ca.DM(problem.output_weights[k]), error**2)
             if k >= d:
                 cost += ca.dot(ca.DM(problem.move_weights[k]), increments[:, k - d] ** 2)
-            rows = functions.constraints(states[:, k + 1], inputs[:, k], p)
+            rows = functions.constraints(w[: nx + nz, k], inputs[:, k], p)
             hard += [rows[int(j)] - slack_of.get((k, j), 0.0) for j in np.flatnonzero(functions.imposed[k])]
         for i, (_, j) in enumerate(soft):
             penalty = problem.constraints[j].penalty
@@ -133,14 +134,14 @@ class DirectNlp(PolicyController):
         limited = np.flatnonzero(np.isfinite(problem.move_lower) | np.isfinite(problem.move_upper))
         moves = ca.vec(increments[limited.tolist(), :])
         constraints = ca.vertcat(*equalities, *hard, moves)
-        self._lower = np.r_[np.full(N * nx, -np.inf), np.tile(problem.input_lower, N - d), np.zeros(len(soft))]
-        self._upper = np.r_[np.full(N * nx, np.inf), np.tile(problem.input_upper, N - d), np.full(len(soft), np.inf)]
+        self._lower = np.r_[np.full(N * nw, -np.inf), np.tile(problem.input_lower, N - d), np.zeros(len(soft))]
+        self._upper = np.r_[np.full(N * nw, np.inf), np.tile(problem.input_upper, N - d), np.full(len(soft), np.inf)]
         self._g_lower = np.r_[
-            np.zeros(N * nx), np.full(len(hard), -np.inf), np.tile(problem.move_lower[limited], N - d)
+            np.zeros(N * nw), np.full(len(hard), -np.inf), np.tile(problem.move_lower[limited], N - d)
         ]
-        self._g_upper = np.r_[np.zeros(N * nx + len(hard)), np.tile(problem.move_upper[limited], N - d)]
+        self._g_upper = np.r_[np.zeros(N * nw + len(hard)), np.tile(problem.move_upper[limited], N - d)]
         statement = {
-            "x": ca.vertcat(ca.vec(x), ca.vec(u), s),
+            "x": ca.vertcat(ca.vec(w), ca.vec(u), s),
             "p": ca.vertcat(x0, ca.vec(decided), ca.vec(reference)),
             "f": cost / problem.cost_scale,
             "g": constraints,
@@ -180,7 +181,7 @@ class DirectNlp(PolicyController):
     def _prepare(self, guess: Trajectory) -> bool:
         if guess.resting:  # once after a reset, for the gate; otherwise the guess is all there is
             try:
-                linearised = self.transcription.linearize(guess.x, guess.u)
+                linearised = self.transcription.linearize(guess.x, guess.u, guess.inner)
                 condensed = condense(linearised, self.problem, self.transcription.imposed)
                 self._first_reach = condensed.reach_until(gate_stages(self.problem))
             except np.linalg.LinAlgError:
@@ -193,13 +194,13 @@ class DirectNlp(PolicyController):
     def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
         problem = self.problem
         N, d = problem.horizon, problem.delay
-        nx = len(problem.model.states)
+        nx, nw = len(problem.model.states), self.transcription.unknowns
         reference = np.column_stack([window[name][1:] for name in problem.outputs])
-        slack = np.zeros(len(self._lower) - N * nx - guess.u[d:].size)
+        slack = np.zeros(len(self._lower) - N * nw - guess.u[d:].size)
         lam_x, lam_g = self._multipliers or (np.zeros(len(self._lower)), np.zeros(len(self._g_lower)))
         try:
             result = self._solver(
-                x0=np.r_[guess.x[1:].ravel(), guess.u[d:].ravel(), slack],
+                x0=np.r_[np.hstack([guess.x[1:], guess.inner]).ravel(), guess.u[d:].ravel(), slack],
                 p=np.r_[x, self._applied.ravel(), reference.ravel()],
                 lbx=self._lower,
                 ubx=self._upper,
@@ -211,24 +212,24 @@ class DirectNlp(PolicyController):
         except RuntimeError:  # CasADi: an evaluation failed inside IPOPT
             self._multipliers = None
             return None
-        w, g = result["x"].full().ravel(), result["g"].full().ravel()
-        states = np.vstack([x, w[: N * nx].reshape(N, nx)])
-        u = np.vstack([self._applied[:d], w[N * nx : N * nx + guess.u[d:].size].reshape(N - d, -1)])
-        trajectory = Trajectory(u, states)
+        solution, g = result["x"].full().ravel(), result["g"].full().ravel()
+        w = solution[: N * nw].reshape(N, nw)
+        u = np.vstack([self._applied[:d], solution[N * nw : N * nw + guess.u[d:].size].reshape(N - d, -1)])
+        trajectory = Trajectory(u, np.vstack([x, w[:, :nx]]), w[:, nx:])
         stats = self._solver.stats()
         out_of_budget = stats["return_status"] in ("Maximum_Iterations_Exceeded", "Maximum_WallTime_Exceeded")
         if not stats["success"] and not out_of_budget:
             self._multipliers = None
             return None
         status = Status.BUDGET_EXCEEDED if out_of_budget else Status.OPTIMAL
-        excess = np.maximum(self._g_lower - g, g - self._g_upper)[N * nx :]
+        excess = np.maximum(self._g_lower - g, g - self._g_upper)[N * nw :]
         if out_of_budget and not self._admissible(trajectory, excess):
             self._multipliers = None
-            return Candidate(
-                Trajectory(np.full_like(u, np.nan), states), np.full((N, len(problem.constraints)), np.nan), status
-            )
+            unknown = replace(trajectory, u=np.full_like(u, np.nan))
+            return Candidate(unknown, np.full((N, len(problem.constraints)), np.nan), status)
         self._multipliers = result["lam_x"].full().ravel(), result["lam_g"].full().ravel()
-        return self._assess(trajectory, self.transcription.path_constraints(states, u), status)
+        constraints = self.transcription.path_constraints(trajectory.x, u, trajectory.inner)
+        return self._assess(trajectory, constraints, status)
 
     def _admissible(self, trajectory: Trajectory, excess: Array) -> bool:
         """Whether an unfinished iterate, which exceeds constraints and move bounds by `excess`, may be used.
@@ -238,10 +239,12 @@ class DirectNlp(PolicyController):
         if not trajectory.finite or np.max(excess, initial=0.0) > ADMISSIBLE:
             return False
         try:
-            _, _, correction = eliminate(self.transcription.linearize(trajectory.x, trajectory.u))
+            stages = self.transcription.linearize(trajectory.x, trajectory.u, trajectory.inner)
+            _, _, correction = eliminate(stages)
         except np.linalg.LinAlgError:
             return False
-        return bool((np.abs(correction) <= ADMISSIBLE * (1.0 + np.abs(trajectory.x[1:]))).all())
+        unknowns = np.hstack([trajectory.x[1:], trajectory.inner])
+        return bool((np.abs(correction) <= ADMISSIBLE * (1.0 + np.abs(unknowns))).all())
 
 
 @cache

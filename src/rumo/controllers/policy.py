@@ -159,11 +159,13 @@ class PolicyController(Controller):
         cause = status
         slacks = np.full((N, len(problem.constraints)), np.nan)
         states = np.full((N + 1, len(problem.model.states)), np.nan)
+        inner = np.full((N, len(self.transcription.inner_signals)), np.nan)
         if candidate is not None:
-            wanted, states, slacks = candidate.trajectory.u[d:], candidate.trajectory.x, candidate.slacks
+            wanted, states, inner = candidate.trajectory.u[d:], candidate.trajectory.x, candidate.trajectory.inner
+            slacks = candidate.slacks
             self._inputs_left = N - d - 1
         elif self._previous is not None and self._inputs_left > 0:
-            wanted, states = self._previous.u[d:], self._previous.x
+            wanted, states, inner = self._previous.u[d:], self._previous.x, self._previous.inner
             self._inputs_left -= 1
         else:
             wanted = np.tile(problem.safe_input, (N - d, 1))
@@ -172,19 +174,21 @@ class PolicyController(Controller):
         command = u[d]
         self._applied = np.vstack([self._applied[1:], command])
         # The next guess is this plan one sample later; without a plan, the next measurement gives it.
-        self._previous = None if status is Status.PLAN_EXHAUSTED else Trajectory(u, states).shifted()
+        exhausted = status is Status.PLAN_EXHAUSTED
+        self._previous = None if exhausted else Trajectory(u, states, inner).shifted(self.transcription.inner_signals)
         # A guess from which the solver came to nothing is not kept: the next measurement gives a new one, at rest. If
         # that fails too, the shifted plan is the better guess, until there is a solution.
         fruitless = candidate is None and cause in (Status.SOLVER_FAILED, Status.BUDGET_EXCEEDED)
         at_rest = self._guess is not None and self._guess.resting
         self._blameless = candidate is None and (self._blameless or (fruitless and at_rest))
         self._guess = None if fruitless and not self._blameless else self._previous
-        numbers = np.concatenate([u.ravel(), states.ravel(), slacks.ravel()])
+        algebraic = inner[:, : len(problem.model.algebraic)]
+        numbers = np.concatenate([u.ravel(), states.ravel(), slacks.ravel(), algebraic.ravel()])
         return Plan(self._layout, numbers, status, cause, self._prepare_time, perf_counter() - start)
 
     def _start_guess(self, x: Array) -> Trajectory:
         problem = self.problem
         u = np.clip(self._applied[-1], problem.input_lower, problem.input_upper)
-        self._guess = Trajectory.at_rest(x, u, problem.horizon)
+        self._guess = Trajectory.at_rest(x, u, self.transcription.inner_between(x, x), problem.horizon)
         self._prepared = False
         return self._guess

@@ -10,7 +10,7 @@ from rumo.controllers.policy import Candidate
 from rumo.controllers.rti import RealTimeIteration
 from rumo.signals import Array
 
-# A guess farther from the dynamics than this share of what the inputs can do is not linearised about.
+# A guess farther from the dynamics than this share of what the inputs can do has strayed.
 STRAYED = 0.03
 
 
@@ -18,12 +18,16 @@ class ReferenceRti(RealTimeIteration, CondensedController):
     """`RealTimeIteration(problem, backend="reference")`."""
 
     _backend = "reference"
+    _settled = False  # whether guesses have satisfied the dynamics since the last one at rest
 
     def _prepare(self, guess: Trajectory) -> bool:
-        # A plan made from a wild measurement would keep misleading its successors.
         if not self._linearize(guess) or self._condensed is None:
             return False
-        return guess.resting or self._condensed.straying < STRAYED
+        # A plan made from a wild measurement would keep misleading its successors.
+        strayed = self._condensed.straying >= STRAYED
+        lost = self._settled and strayed and not guess.resting
+        self._settled = not strayed
+        return not lost
 
     def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
         candidate = self._iterate(x, window, guess)

@@ -2,21 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import casadi as ca
+
+from rumo.discretization.base import Discretization
 from rumo.model import Model
 
 
 @dataclass(frozen=True)
-class ImplicitEuler:
-    """`z = x + f(z, u, p) dt`: first order, A-stable and L-stable.
+class ImplicitEuler(Discretization):
+    """`F = x + h f(end)`: first order, A-stable and L-stable.
 
     Source: the paper's equation (discrete-vector-field-detail); Hairer and Wanner (1996), ch. IV.3.
     """
 
     order: ClassVar[int] = 1
+    a_stable: ClassVar[bool] = True
+    l_stable: ClassVar[bool] = True
 
-    def residual(self, model: Model, z: Any, x: Any, u: Any, p: Any, step: float) -> Any:
-        """Phi = F(z, x, u) - z with `F = x + f(z, u, p) dt`."""
-        return x + step * model.f(z, u, p) - z
+    def inner(self, states: int, algebraic: int) -> Sequence[tuple[int, float]]:
+        """Nothing."""
+        return ()
+
+    def residual(self, model: Model, end: Any, inner: Any, x: Any, u: Any, p: Any, step: Any) -> Any:
+        """`F - end` and the algebraic equations."""
+        F = x + step * model.f(end, u, p)
+        return ca.vertcat(F - end[: x.numel()], model.g(end, u, p))

@@ -12,9 +12,6 @@ from rumo.problem import Problem
 from rumo.signals import Array, Signals
 from rumo.transcription import Transcription
 
-NEWTON_ITERATIONS = 10
-NEWTON_TOLERANCE = 1e-10
-
 
 @dataclass(frozen=True)
 class ExtendedKalman:
@@ -79,14 +76,8 @@ class RunningExtendedKalman:
 
     def _predict(self, x: Array, u: Array) -> tuple[Array, Array]:
         """One step of the discretised model by Newton's method, and its covariance."""
-        z, transition = x, np.eye(len(x))
-        for _ in range(NEWTON_ITERATIONS):
-            phi, A0, A1 = self._transcription.step(z, x, u)
-            solved = np.linalg.solve(np.eye(len(x)) - A1, np.column_stack([A0, phi]))
-            transition, correction = solved[:, :-1], solved[:, -1]
-            z = z + correction
-            if np.abs(correction).max() < NEWTON_TOLERANCE * (1.0 + np.abs(z).max()):
-                break
+        w, sensitivity = self._transcription.advance(x, u)
+        z, transition = w[: len(x)], sensitivity[: len(x)]
         return z, transition @ self._covariance @ transition.T + np.diag(self._process)
 
     def _update(self, x: Array, covariance: Array, measurement: Array, known: np.ndarray) -> tuple[Array, Array]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rumo.kernel.elimination import Positions, eliminate
+from rumo.kernel.elimination import Positions, compose, eliminate
 from rumo.kernel.tape import Tape
 from rumo.signals import Array
 
@@ -18,12 +18,14 @@ MATRICES = ("A0", "M", "B", "Cx", "Cu", "D", "E")
 
 @dataclass(frozen=True)
 class StageProgram:
-    """The terms of a linearised stage, M = I - A1 for the implicit part: how each nonzero is computed.
+    """The terms of a linearised substep: how each nonzero is computed.
 
     Attributes
     ----------
     tape : Tape
-        Computes the terms that vary from (z, x, u, p).
+        Computes the terms that vary from (state at the end, x, u, p, other unknowns).
+    inner_tape : Tape or None
+        The same for substeps that do not end an interval, without outputs and constraints; None if there are none.
     fixed : ndarray, shape (slots,)
         Values of the constant terms, NaN for those that the tape computes.
     first : mapping of str to int
@@ -33,6 +35,7 @@ class StageProgram:
     """
 
     tape: Tape
+    inner_tape: Tape | None
     fixed: Array
     first: Mapping[str, int]
     positions: Mapping[str, Positions]
@@ -46,18 +49,32 @@ class Description:
     ----------
     sizes : tuple of int
         The members of `rumo_sizes`.
-    tape : Tape
-        The model.
+    tape, inner_tape : Tape
+        The model at substeps that end an interval, and at those that do not.
     values : dict
         Everything, by the names of `rumo_problem`.
     """
 
     sizes: tuple[int, ...]
     tape: Tape
+    inner_tape: Tape
     values: dict[str, Any]
 
 
-SIZES = ("horizon", "states", "inputs", "outputs", "constraints", "parameters", "delay", "slots")
+SIZES = (
+    "horizon",
+    "states",
+    "algebraic",
+    "inputs",
+    "outputs",
+    "constraints",
+    "parameters",
+    "delay",
+    "inner",
+    "substeps",
+    "explicit_scheme",
+    "slots",
+)
 
 
 def describe(stage: StageProgram, sizes: Mapping[str, int], values: Mapping[str, Array]) -> Description:
@@ -68,20 +85,26 @@ def describe(stage: StageProgram, sizes: Mapping[str, int], values: Mapping[str,
     stage : StageProgram
         The model.
     sizes : mapping of str to int
-        horizon, states, inputs, outputs, constraints, parameters, delay.
+        All of `SIZES` but slots.
     values : mapping of str to ndarray
         Weights, limits and scales.
     """
     description: dict[str, Any] = dict(sizes)
-    description |= {"slots": len(stage.fixed), "registers": stage.tape.registers}
-    description |= {"code": stage.tape.code, "constants": stage.tape.constants, "fixed": stage.fixed}
+    description |= {"slots": len(stage.fixed), "fixed": stage.fixed}
+    inner_tape = stage.inner_tape or Tape.empty()
+    for prefix, tape in (("", stage.tape), ("inner_", inner_tape)):
+        description |= {f"{prefix}code": tape.code, f"{prefix}constants": tape.constants}
+        description[f"{prefix}registers"] = tape.registers
     for name in MATRICES:
         places = np.array(stage.positions[name], dtype=np.int32).reshape(-1, 2)
         description[f"{name}_row"], description[f"{name}_column"] = places[:, 0].copy(), places[:, 1].copy()
         description[f"{name}_first"] = stage.first[name]
-    description |= {f"{name}_first": stage.first[name] for name in ("y", "G")}
-    description |= eliminate(stage.first, stage.positions, sizes["states"], sizes["inputs"])
+    description |= {f"{name}_first": stage.first[name] for name in VECTORS}
+    rows, nx = sizes["states"] + sizes["algebraic"], sizes["states"]
+    elimination = eliminate(stage.first, stage.positions, rows + sizes["inner"], nx, sizes["inputs"])
+    places = list(zip(elimination["result_row"].tolist(), elimination["result_column"].tolist(), strict=True))
+    description |= elimination | compose(places if sizes["substeps"] > 1 else [], nx, rows)
     for name, array in values.items():
         kind = np.int32 if array.dtype.kind in "bi" else np.float64
         description[name] = np.ascontiguousarray(array, dtype=kind)
-    return Description(tuple(description[name] for name in SIZES), stage.tape, description)
+    return Description(tuple(int(description[name]) for name in SIZES), stage.tape, inner_tape, description)

@@ -1,4 +1,4 @@
-"""The order in which a stage's implicit states are solved for, found from sparsity patterns alone."""
+"""The order in which a step's unknowns are solved for, and how steps are put together, from sparsity patterns alone."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ Positions = Sequence[tuple[int, int]]
 
 
 def triangular_blocks(pattern: np.ndarray) -> list[list[int]]:
-    """States in groups that are solved for together, each group depending on earlier ones only.
+    """Unknowns in groups that are solved for together, each group depending on earlier ones only.
 
     Parameters
     ----------
     pattern : ndarray of bool, shape (n, n)
-        Which state enters which equation; the diagonal counts as set.
+        Which unknown enters which equation; the diagonal counts as set.
     """
     reached = pattern | np.eye(len(pattern), dtype=bool)
     for _ in range(len(pattern).bit_length()):
         reached = reached @ reached
     coupled = reached & reached.T
-    # A state that depends on another without being coupled to it reaches more states than that one.
+    # An unknown that depends on another without being coupled to it reaches more of them than that one.
     groups = {tuple(np.flatnonzero(row).tolist()) for row in coupled}
     return [list(group) for group in sorted(groups, key=lambda group: (reached[group[0]].sum(), group))]
 
 
 def eliminate(
-    first: Mapping[str, int], positions: Mapping[str, Positions], states: int, inputs: int
+    first: Mapping[str, int], positions: Mapping[str, Positions], unknowns: int, states: int, inputs: int
 ) -> dict[str, np.ndarray]:
-    """Tables of `rumo_elimination` for `M dx = A0 dx_before + B du + defect`.
+    """Tables of `rumo_elimination` for `M dw = A0 dx + B du + defect`.
 
     Parameters
     ----------
@@ -38,18 +38,18 @@ def eliminate(
         Slot of the first term of each of M, A0, B, defect.
     positions : mapping of str to (row, column) pairs
         Nonzeros of M, A0 and B.
-    states, inputs : int
-        Sizes nx and nu.
+    unknowns, states, inputs : int
+        Sizes nw, nx and nu.
     """
     constant = states + inputs
     m_at = {place: first["M"] + e for e, place in enumerate(positions["M"])}
-    right: list[dict[int, int]] = [{constant: first["defect"] + r} for r in range(states)]
+    right: list[dict[int, int]] = [{constant: first["defect"] + r} for r in range(unknowns)]
     for e, (row, column) in enumerate(positions["A0"]):
         right[row][column] = first["A0"] + e
     for e, (row, column) in enumerate(positions["B"]):
         right[row][states + column] = first["B"] + e
 
-    pattern = np.zeros((states, states), dtype=bool)
+    pattern = np.zeros((unknowns, unknowns), dtype=bool)
     for place in m_at:
         pattern[place] = True
     blocks = triangular_blocks(pattern)
@@ -58,7 +58,7 @@ def eliminate(
         reaching = {column for row in block for column in right[row]}
         reaching |= {c for row, s in m_at if row in block and s not in block for c in columns[s]}
         columns |= dict.fromkeys(block, sorted(reaching))
-    result = {place: e for e, place in enumerate((r, c) for r in range(states) for c in columns[r])}
+    result = {place: e for e, place in enumerate((r, c) for r in range(unknowns) for c in columns[r])}
 
     load: list[tuple[int, int]] = []
     update: list[tuple[int, int, int]] = []
@@ -77,20 +77,61 @@ def eliminate(
         added = [len(entries) - start for entries, start in zip((load, update, store), before, strict=True)]
         counts.append([m, len(reaching), *added])
 
-    def table(values: Sequence[object], width: int) -> np.ndarray:
-        return np.array(values, dtype=np.int32).reshape(-1, width)
-
-    sizes = table(counts, 5)
+    sizes = _table(counts, 5)
     return {
         "block_size": sizes[:, 0].copy(),
         "block_width": sizes[:, 1].copy(),
         "block_loads": sizes[:, 2].copy(),
         "block_updates": sizes[:, 3].copy(),
         "block_stores": sizes[:, 4].copy(),
-        "block_states": np.array([s for block in blocks for s in block], dtype=np.int32),
-        "load": table(load, 2),
-        "update": table(update, 3),
-        "store": table(store, 2),
+        "block_unknowns": np.array([s for block in blocks for s in block], dtype=np.int32),
+        "load": _table(load, 2),
+        "update": _table(update, 3),
+        "store": _table(store, 2),
         "result_row": np.array([row for row, _ in result], dtype=np.int32),
         "result_column": np.array([column for _, column in result], dtype=np.int32),
     }
+
+
+def compose(places: Positions, states: int, rows: int) -> dict[str, np.ndarray]:
+    """Tables of `rumo_composition` for substeps that follow each other.
+
+    Parameters
+    ----------
+    places : (row, column) pairs
+        Of the entries of a substep's result [A | B | c]; none if an interval has but one substep.
+    states, rows : int
+        Size nx, and number of variables at the end.
+    """
+    entry = {place: e for e, place in enumerate(places) if place[0] < rows}
+    found = set(entry)
+    while True:  # until another substep adds no place
+        reached = {(r, column) for r, i in entry if i < states for row, column in found if row == i}
+        if reached <= found:
+            break
+        found |= reached
+    order = sorted(found)
+    composed = {place: e for e, place in enumerate(order)}
+    counts: list[int] = []
+    products: list[tuple[int, int]] = []
+    for row, column in order:
+        pairs = [
+            (entry[row, i], composed[i, column]) for i in range(states) if (row, i) in entry and (i, column) in found
+        ]
+        counts.append(len(pairs))
+        products += pairs
+    start = [entry.get(place, -1) for place in order]
+    own = [e if column >= states else -1 for (_, column), e in zip(order, start, strict=True)]
+    places_of = _table(order, 2)
+    return {
+        "composition_row": places_of[:, 0].copy(),
+        "composition_column": places_of[:, 1].copy(),
+        "composition_start": np.array(start, dtype=np.int32),
+        "composition_own": np.array(own, dtype=np.int32),
+        "composition_products": np.array(counts, dtype=np.int32),
+        "composition_product": _table(products, 2),
+    }
+
+
+def _table(values: Sequence[object], width: int) -> np.ndarray:
+    return np.array(values, dtype=np.int32).reshape(-1, width)

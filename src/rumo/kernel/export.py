@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Mapping
 
 import numpy as np
 
-from rumo.kernel.description import MATRICES, Description
+from rumo.kernel.description import MATRICES, VECTORS, Description
 
 _ELIMINATION = {
     "size": "block_size",
@@ -14,7 +15,7 @@ _ELIMINATION = {
     "loads": "block_loads",
     "updates": "block_updates",
     "stores": "block_stores",
-    "states": "block_states",
+    "unknowns": "block_unknowns",
     "load": "load",
     "update": "update",
     "store": "store",
@@ -23,8 +24,13 @@ _ELIMINATION = {
 }
 """Members of `rumo_elimination`, and what a description calls them."""
 
+_COMPOSITION = ("row", "column", "start", "own", "products", "product")
+"""Members of `rumo_composition`."""
+
 ARRAYS = (
     "fixed",
+    "inner_signals",
+    "algebraic_guess",
     "output_weights",
     "move_weights",
     "input_scales",
@@ -72,18 +78,25 @@ def problem_source(description: Description, name: str = "problem") -> str:
         count, first = len(values[f"{key}_row"]), values[f"{key}_first"]
         return f"{{{count}, {first}, {array(f'{key}_row')}, {array(f'{key}_column')}}}"
 
-    def elimination() -> str:
-        counts = {"blocks": len(values["block_size"]), "entries": len(values["result_row"])}
-        tables = {member: array(key) for member, key in _ELIMINATION.items()}
-        return "{\n" + "".join(f"        .{key} = {value},\n" for key, value in (counts | tables).items()) + "    }"
+    def tape(prefix: str) -> str:
+        code, constants = array(f"{prefix}code"), array(f"{prefix}constants")
+        return f"{{{len(values[f'{prefix}code'])}, {values[f'{prefix}registers']}, {code}, {constants}}}"
 
+    def struct(members: Mapping[str, object]) -> str:
+        return "{\n" + "".join(f"        .{key} = {value},\n" for key, value in members.items()) + "    }"
+
+    elimination = {"blocks": len(values["block_size"]), "entries": len(values["result_row"])}
+    elimination |= {member: array(key) for member, key in _ELIMINATION.items()}
+    composition = {"entries": len(values["composition_row"])}
+    composition |= {member: array(f"composition_{member}") for member in _COMPOSITION}
     members = {
         "sizes": f"{{{', '.join(str(size) for size in description.sizes)}}}",
-        "tape": f"{{{len(values['code'])}, {values['registers']}, {array('code')}, {array('constants')}}}",
+        "tape": tape(""),
+        "inner_tape": tape("inner_"),
         **{key: pattern(key) for key in MATRICES},
-        "y": str(values["y_first"]),
-        "G": str(values["G_first"]),
-        "elimination": elimination(),
+        **{key: str(values[f"{key}_first"]) for key in VECTORS},
+        "elimination": struct(elimination),
+        "composition": struct(composition),
         **{key: array(key) for key in ARRAYS},
         "parameters": array("parameter_values"),
     }

@@ -112,7 +112,8 @@ def _sources(description: Description) -> tuple[str, str]:
 #define RUMO_EVALUATE "model.h"
 #include "core.c"
 """,
-        description.tape.source(description.sizes[0]),
+        description.tape.source("evaluate", description.sizes[0])
+        + description.inner_tape.source("evaluate_inner", description.sizes[0]),
     )
 
 

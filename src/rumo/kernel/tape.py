@@ -92,7 +92,7 @@ _OF_TWO = ("atan2", "pow", "hypot", "copysign", "fmod", "fmin", "fmax")
 
 @dataclass(frozen=True)
 class Tape:
-    """A program that computes the terms of one stage.
+    """A program that computes the terms of one substep.
 
     Attributes
     ----------
@@ -108,32 +108,41 @@ class Tape:
     constants: Array
     registers: int
 
-    def source(self, horizon: int) -> str:
-        """The function `evaluate` of tape.c in C, for all stages, written so that it becomes vector instructions."""
+    @classmethod
+    def empty(cls) -> Tape:
+        """A program without instructions."""
+        return cls(np.zeros((0, 4), dtype=np.int32), np.zeros(0), 0)
+
+    def source(self, name: str, horizon: int) -> str:
+        """A function like `evaluate` of tape.c in C, for all stages, written so that it becomes vector instructions."""
         lines: list[str] = []
         for (operation, result, a, b), constant in zip(self.code.tolist(), self.constants.tolist(), strict=True):
-            name = OPERATIONS[operation]
-            if name == "output":
+            what = OPERATIONS[operation]
+            if what == "output":
                 lines.append(f"terms[{result} * LANES_ALL + k] = r{a};")
                 continue
-            if name == "constant":
+            if what == "constant":
                 value = constant.hex() if np.isfinite(constant) else f"({constant!r})".replace("inf", "INFINITY")
                 lines.append(f"r{result} = {value.replace('nan', 'NAN')};")
-            elif name == "input":
-                lines.append(f"r{result} = {'zxup'[a]}[{b} * {'zxup'[a]}_stride + k];")
+            elif what == "input":
+                lines.append(f"r{result} = {'zxupe'[a]}[{b} * {'zxupe'[a]}_stride + k];")
             else:
-                form = _C.get(name, f"{name}({{a}}, {{b}})" if name in _OF_TWO else f"{name}({{a}})")
+                form = _C.get(what, f"{what}({{a}}, {{b}})" if what in _OF_TWO else f"{what}({{a}})")
                 lines.append(f"r{result} = {form.format(a=f'r{a}', b=f'r{b}')};")
-        registers = ", ".join(f"r{i}" for i in range(self.registers))
+        if self.registers:
+            lines.insert(0, f"double {', '.join(f'r{i}' for i in range(self.registers))};")
+        arguments = "\n    ".join(
+            f"const double *restrict {symbol} = in->first[{i}];\n    const ptrdiff_t {symbol}_stride = in->stride[{i}];"
+            for i, symbol in enumerate("zxupe")
+        )
+        unused = ", ".join(f"(void){symbol}, (void){symbol}_stride" for symbol in "zxupe")
         body = "\n        ".join(lines)
         return f"""\
-static void evaluate(const rumo_tape *tape, const guess_lanes *in, int lanes, double *unused, double *restrict terms) {{
+static void {name}(const rumo_tape *tape, const guess_lanes *in, int lanes, double *unused, double *restrict terms) {{
     enum {{ LANES_ALL = ({horizon} + LANES - 1) / LANES * LANES }};
-    const double *restrict z = in->z, *restrict x = in->x, *restrict u = in->u, *restrict p = in->p;
-    const ptrdiff_t z_stride = in->z_stride, x_stride = in->x_stride, u_stride = in->u_stride, p_stride = in->p_stride;
-    (void)tape, (void)lanes, (void)unused, (void)u, (void)p, (void)u_stride, (void)p_stride;
+    {arguments}
+    (void)tape, (void)lanes, (void)unused, (void)terms, {unused};
     for (int k = 0; k < LANES_ALL; ++k) {{
-        double {registers};
         {body}
     }}
 }}

@@ -14,7 +14,7 @@ from rumo.signals import Array
 
 
 class Plant:
-    """A model advanced by CVODES (BDF, variable order and step; Hindmarsh et al., 2005).
+    """A model advanced by CVODES, or IDAS if it has algebraic variables (BDF; Hindmarsh et al., 2005).
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class Plant:
     tolerance : float
         Relative tolerance, and absolute tolerance in units of `scales`.
     scales : mapping of str to float, optional
-        Size below which a state does not matter, in its unit; 1 where not given.
+        Size below which a state or algebraic variable does not matter, in its unit; 1 where not given.
     """
 
     def __init__(
@@ -38,14 +38,23 @@ class Plant:
         self.model = model
         self.sampling_time = positive_number(sampling_time, "sampling_time")
         tolerance = positive_number(tolerance, "tolerance")
-        self._scales = model.states.finite_vector(scales or {}, "scales", np.ones(len(model.states)))
-        for name, scale in zip(model.states, self._scales, strict=True):
+        sizes = model.variables.finite_vector(scales or {}, "scales", np.ones(len(model.variables)))
+        for name, scale in zip(model.variables, sizes, strict=True):
             positive_number(scale, f"scales[{name!r}]")
-        held = ca.vertcat(model.u, model.p)
+        self._scales, z_scales = np.split(sizes, [len(model.states)])
+        self._z = model.algebraic_guess / z_scales
+        arguments = model.xz * sizes, model.u, model.p
+        equations = {
+            "x": model.x,
+            "p": ca.vertcat(model.u, model.p),
+            "ode": model.f(*arguments) / self._scales,
+        }
+        if len(model.algebraic):
+            equations |= {"z": model.z, "alg": model.g(*arguments)}
         self._integrate = ca.integrator(
             "plant",
-            "cvodes",
-            {"x": model.x, "p": held, "ode": model.f(model.x * self._scales, model.u, model.p) / self._scales},
+            "idas" if len(model.algebraic) else "cvodes",
+            equations,
             0.0,
             sampling_time,
             {
@@ -60,15 +69,19 @@ class Plant:
     def advance(self, x: Array, u: Array, p: Array) -> Array:
         """State (nx,) one sampling time after x (nx,), with input u (nu,) and parameters p (np_,) held.
 
+        Algebraic variables are looked for near where they were last.
+
         Raises
         ------
         PlantError
             If the integration fails or ends in a state that is not finite.
         """
         try:
-            end = self._integrate(x0=x / self._scales, p=np.r_[u, p])["xf"].full().ravel() * self._scales
+            result = self._integrate(x0=x / self._scales, z0=self._z, p=np.r_[u, p])
         except RuntimeError as error:
-            raise PlantError(f"CVODES could not integrate {self.model.name} from x = {x.tolist()}: {error}") from None
+            raise PlantError(f"SUNDIALS could not integrate {self.model.name} from x = {x.tolist()}: {error}") from None
+        end = result["xf"].full().ravel() * self._scales
         if not np.isfinite(end).all():
             raise PlantError(f"{self.model.name} left the finite numbers from x = {x.tolist()}, u = {u.tolist()}")
+        self._z = result["zf"].full().ravel()
         return end

@@ -1,0 +1,56 @@
+/* All that a controller remembers. */
+#ifndef RUMO_CONTROLLER_H
+#define RUMO_CONTROLLER_H
+
+struct rumo_controller {
+    dims s;
+    rumo_problem problem;
+    rumo_settings settings;
+
+    int has_guess, resting;  /* where the next step linearises; a guess at rest need not satisfy the dynamics */
+    int has_previous;        /* the last plan, one sample later: what is followed without a solution */
+    int prepared, inputs_left;
+    double *applied;                    /* (max(d, 1), nu), oldest first */
+    double *guess_x, *guess_u;          /* (N + 1, nx), (N, nu) */
+    double *guess_slacks;               /* (N nc,): of the iteration before, see attempt() */
+    double *previous_x, *previous_u;
+    double *numbers;                    /* of the plan: u, x, slacks, z */
+    double *inner, *guess_inner, *previous_inner; /* (ni, lanes): other unknowns of the intervals, see inner.c */
+    long long counts[RUMO_STATUS_COUNT];
+    int implausible, repeats;           /* samples in a row that the gate has held back, and why */
+    int changes, has_last;              /* plausible samples that differed from the one before, up to GATE_CHANGES */
+    double *suspect, *last_x;           /* (nx,): the last implausible and the last plausible sample */
+    int blameless;                      /* a guess at rest has failed too: the shifted plan is not to blame */
+
+    double *x_lanes, *u_lanes, *p_lanes, *registers, *terms, *work; /* see tape.c, eliminate.c */
+    double *results;                    /* (m, entries, lanes): maps of the substeps; of the last one if explicit */
+    double *maps, *other_maps;          /* (entries, lanes): of the intervals, see compose.c; results if m = 1 */
+    double *on_the_way, *zeros;         /* (nx, lanes), (lanes,): state that an explicit scheme has come to */
+    double *dx_lanes, *du_lanes;        /* (nx, lanes), (nu, lanes): see expand_inner() */
+    double *unit;                       /* (nw,): in which pivots compare */
+    int balanced, *block_of;
+    sparse map, of_unknowns, Cx, Cu, D, E; /* rows of the intervals' maps and of the substeps' */
+    const int *map_row;
+    int *end_of_A;                      /* (rows,): where the entries of A end in each row of a map */
+    condensed c;
+    int *imposed_now;                   /* (N nc,) */
+    qp q;
+    double *dx;                         /* (N + 1, ldx) */
+    double *du;                         /* (N, nu) */
+    double *constraints;                /* (N nc,): path constraints if the inputs stay with the guess */
+    double *gradient, *best, *other;    /* (ld,) */
+    double straying;                    /* of the last guess linearised about, see straying() */
+    int settled;                        /* whether guesses have satisfied the dynamics since the last one at rest */
+    double prepare_seconds;
+};
+
+static inline double *plan_u(const rumo_controller *c) { return c->numbers; }
+static inline double *plan_x(const rumo_controller *c) { return c->numbers + c->s.N * c->s.nu; }
+static inline double *plan_slacks(const rumo_controller *c) { return plan_x(c) + (c->s.N + 1) * c->s.nx; }
+static inline double *plan_z(const rumo_controller *c) { return plan_slacks(c) + c->s.N * c->s.nc; }
+
+static inline double *results_of(const rumo_controller *c, int substep) {
+    return c->results + (c->s.explicit_scheme ? 0 : (ptrdiff_t)substep * c->problem.elimination.entries * c->s.lanes);
+}
+
+#endif
