@@ -101,7 +101,8 @@ rumo_problem problem_from(Description &d) {
     rumo_problem p{};
     p.sizes = {d.number("horizon"),     d.number("states"),     d.number("algebraic"), d.number("inputs"),
                d.number("outputs"),     d.number("constraints"), d.number("parameters"), d.number("delay"),
-               d.number("inner"),       d.number("substeps"),   d.number("explicit_scheme"), d.number("slots")};
+               d.number("inner"),       d.number("substeps"),   d.number("explicit_scheme"), d.number("blocks"),
+               d.number("slots")};
     p.tape = {d.length("code"), d.number("registers"), d.ints("code"), d.doubles("constants")};
     p.inner_tape = {d.length("inner_code"), d.number("inner_registers"), d.ints("inner_code"),
                     d.doubles("inner_constants")};
@@ -123,6 +124,9 @@ rumo_problem problem_from(Description &d) {
     p.composition = {d.length("composition_row"), d.ints("composition_row"),      d.ints("composition_column"),
                      d.ints("composition_start"), d.ints("composition_own"), d.ints("composition_products"),
                      d.ints("composition_product")};
+    p.shift = {d.ints("shift_stages"), d.doubles("shift_shares"), d.ints("shift_intervals"), d.number("shift_same_rows")};
+    p.blocking = {d.ints("blocking_block"), d.doubles("blocking_share"), d.doubles("blocking_part")};
+    p.inner_nodes = d.doubles("inner_nodes");
     p.inner_signals = d.ints("inner_signals");
     p.algebraic_guess = d.doubles("algebraic_guess");
     p.output_weights = d.doubles("output_weights");
@@ -132,6 +136,8 @@ rumo_problem problem_from(Description &d) {
     p.input_upper = d.doubles("input_upper");
     p.move_lower = d.doubles("move_lower");
     p.move_upper = d.doubles("move_upper");
+    p.block_lower = d.doubles("block_lower");
+    p.block_upper = d.doubles("block_upper");
     p.safe_input = d.doubles("safe_input");
     p.constraint_scales = d.doubles("constraint_scales");
     p.l1 = d.doubles("l1");
@@ -185,6 +191,13 @@ public:
         const Vector values(inputs, decided(), "applied");
         Lock lock(*this);
         std::copy_n(values.data(), decided(), api_->applied(core_));
+    }
+
+    void set_parameters(nb::handle parameters) {
+        const Vector values(parameters, static_cast<std::size_t>(sizes_.horizon * sizes_.parameters), "parameters");
+        Lock lock(*this);
+        api_->set_parameters(core_, values.data());
+        ready_ = false;
     }
 
     void get_applied(nb::handle inputs) {
@@ -324,6 +337,7 @@ NB_MODULE(_core, module) {
         .def("reset", &Controller::reset)
         .def("start", &Controller::start)
         .def("set_applied", &Controller::set_applied)
+        .def("set_parameters", &Controller::set_parameters)
         .def("get_applied", &Controller::get_applied)
         .def("counts", &Controller::counts)
         .def("prepare", &Controller::prepare)

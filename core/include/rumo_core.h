@@ -130,8 +130,25 @@ typedef struct rumo_sizes {
     int inner;           /* unknowns of a substep besides states and algebraic variables at its end */
     int substeps;        /* of an interval */
     int explicit_scheme; /* the end of a substep follows from its beginning: there are no other unknowns */
+    int blocks;          /* of intervals with one free input each: N - delay where every interval has its own */
     int slots;
 } rumo_sizes;
+
+/* Where the intervals of the next sample's horizon lie on this one's. */
+typedef struct rumo_shift {
+    const int *stages;     /* (N + 1,): the stage before, */
+    const double *shares;  /* and how far towards the next, as a share; beyond 1 at the end */
+    const int *intervals;  /* (N,): in whose time the middle lies */
+    int same_rows;         /* whether all lie one interval later: then constraints do as well */
+} rumo_shift;
+
+/* Inputs held over several intervals: that of interval k is share times its block's value, and the rest of the value of
+ * the block before, which is the last input decided for the first block. */
+typedef struct rumo_blocking {
+    const int *block;    /* (N,) */
+    const double *share; /* (N,) */
+    const double *part;  /* (N,): of an interval's input in the value that stands for its block */
+} rumo_blocking;
 
 /* The problem in raw units. Infinite limits and infinite l1 (a hard row) are allowed. */
 typedef struct rumo_problem {
@@ -142,17 +159,21 @@ typedef struct rumo_problem {
     int y, G, defect;                         /* first terms of the vectors; all terms: y, G, defect, A0, M, B, Cx .. E */
     rumo_elimination elimination;
     rumo_composition composition;
-    const int *inner_signals;                 /* (unknowns of an interval but its state,): as a position in (x, z) */
+    rumo_shift shift;
+    rumo_blocking blocking;
+    const int *inner_signals;                 /* (unknowns of an interval but its state,): as a position in (x, z), */
+    const double *inner_nodes;                /* and the share of the interval at which they lie */
     const double *algebraic_guess;            /* (nz,) */
     const double *output_weights;             /* (N, ny) */
-    const double *move_weights;               /* (N, nu) */
+    const double *move_weights;               /* (blocks, nu) */
     const double *input_scales;               /* (nu,) */
     const double *input_lower, *input_upper;  /* (nu,) */
-    const double *move_lower, *move_upper;    /* (nu,) */
+    const double *move_lower, *move_upper;    /* (nu,): from interval to interval, */
+    const double *block_lower, *block_upper;  /* (blocks, nu): and from block to block */
     const double *safe_input;                 /* (nu,) */
     const double *constraint_scales, *l1, *l2; /* (nc,) */
     const int *imposed;                       /* (N, nc) */
-    const double *parameters;                 /* (np,) */
+    const double *parameters;                 /* (N, np) */
 } rumo_problem;
 
 typedef struct rumo_settings {
@@ -204,6 +225,8 @@ typedef struct rumo_api {
     void (*reset)(rumo_controller *);
     /* Guess of a state at rest, with the last input decided. */
     void (*start)(rumo_controller *, const double *x);
+    /* Parameters (N, np) from the next preparation on; after a reset they are the problem's. */
+    void (*set_parameters)(rumo_controller *, const double *);
     double *(*applied)(rumo_controller *); /* (max(delay, 1), nu), oldest first; may be written to */
     long long *(*counts)(rumo_controller *); /* (RUMO_STATUS_COUNT,) steps by status since the last reset */
     void (*prepare)(rumo_controller *);

@@ -10,6 +10,8 @@ typedef struct dims {
     int N, d, nx, nz, nu, ny, nc, lanes; /* lanes: stages, padded */
     int m, nw, ni;                       /* substeps, unknowns of each; of an interval but its state at the end */
     int explicit_scheme;
+    int nb;                              /* blocks of intervals with one free input each */
+    rumo_blocking blocking;
     int n, ld;                           /* free inputs; length of a row of them, padded */
     int rows, width, ldx;                /* rows nx + nz and columns of a stage's (A, B, c); rows, padded */
 } dims;
@@ -34,8 +36,30 @@ typedef struct sparse {
     const int *start, *column;
 } sparse;
 
+/* Whether every interval has an input of its own. */
+static inline int unblocked(const dims *s) { return s->nb == s->N - s->d; }
+
+static inline int block_at(const dims *s, int k) { return unblocked(s) ? k - s->d : s->blocking.block[k]; }
+
+static inline double share_at(const dims *s, int k) { return unblocked(s) ? 1.0 : s->blocking.share[k]; }
+
 /* Free inputs that act on stage k. */
-static inline int inputs_at(const dims *s, int k) { return k < s->d ? 0 : (k + 1 - s->d) * s->nu; }
+static inline int inputs_at(const dims *s, int k) { return k < s->d ? 0 : (block_at(s, k) + 1) * s->nu; }
+
+/* First stage on which a block acts. */
+static inline int first_stage(const dims *s, int block) {
+    int k = s->d + block;
+    while (!unblocked(s) && s->blocking.block[k] < block) ++k;
+    return k;
+}
+
+/* Add what input j of stage k, over its range, does to a row over v. */
+static inline void act(const dims *s, int k, int j, double value, double *row) {
+    const int own = block_at(s, k) * s->nu + j;
+    const double share = share_at(s, k);
+    row[own] += share * value;
+    if (share < 1.0 && own >= s->nu) row[own - s->nu] += (1.0 - share) * value;
+}
 
 /* The stages' maps (entries, lanes) to the columns of each stage. */
 static void spread(const dims *s, const sparse *map, const int *row, const double *restrict maps, double *restrict stages) {
@@ -71,7 +95,7 @@ static inline void measure(const dims *s, const condensed *c, const double *rest
     if (k < s->d) return;
     for (int e = of_u->start[r]; e < of_u->start[r + 1]; ++e) {
         const int j = of_u->column[e];
-        row[(k - s->d) * s->nu + j] += scale * values[(ptrdiff_t)(of_u->first + e) * s->lanes] * input_scales[j];
+        act(s, k, j, scale * values[(ptrdiff_t)(of_u->first + e) * s->lanes] * input_scales[j], row);
     }
 }
 
@@ -87,7 +111,7 @@ static void respond(const dims *s, const sparse *map, const int *end_of_A, const
                     const double *input_scales, int near_stages, condensed *c) {
     for (int k = s->d; k < s->N; ++k) {
         double *now = c->response + (ptrdiff_t)k * s->rows * s->ld;
-        const int before = padded(inputs_at(s, k - 1)), length = padded(inputs_at(s, k)), own = (k - s->d) * s->nu;
+        const int before = padded(inputs_at(s, k - 1)), length = padded(inputs_at(s, k));
         for (int r = 0; r < s->rows; ++r) {
             double *restrict row = now + r * s->ld;
             const double *values = maps + (ptrdiff_t)map->start[r] * s->lanes + k;
@@ -96,7 +120,7 @@ static void respond(const dims *s, const sparse *map, const int *end_of_A, const
                     now - (ptrdiff_t)s->rows * s->ld, s->ld, before);
             for (int e = end_of_A[r]; e < map->start[r + 1]; ++e) {
                 const int j = map->column[e] - s->nx;
-                if (j < s->nu) row[own + j] += maps[(ptrdiff_t)e * s->lanes + k] * input_scales[j];
+                if (j < s->nu) act(s, k, j, maps[(ptrdiff_t)e * s->lanes + k] * input_scales[j], row);
             }
         }
     }
@@ -117,7 +141,7 @@ static void add_up_hessian(const dims *s, const double *restrict move_weights, c
         for (int j = i / LANES * LANES; j < s->ld; j += LANES) {
             double block[ROWS][LANES] = {{0.0}};
             /* Column j and those after it are zero before the stage of input j. */
-            const int first = (s->d + j / s->nu) * s->ny;
+            const int first = first_stage(s, j / s->nu < s->nb ? j / s->nu : s->nb - 1) * s->ny;
             for (int r = first; r < s->N * s->ny; ++r) {
                 const double *restrict y = c->outputs + (ptrdiff_t)r * s->ld;
                 for (int p = 0; p < ROWS; ++p)
@@ -128,7 +152,7 @@ static void add_up_hessian(const dims *s, const double *restrict move_weights, c
         }
     for (int i = 0; i < s->n; ++i) {
         const int j = i % s->nu;
-        const double weight = 2.0 * move_weights[s->d * s->nu + i] * input_scales[j] * input_scales[j];
+        const double weight = 2.0 * move_weights[i] * input_scales[j] * input_scales[j];
         double *diagonal = c->hessian + (ptrdiff_t)i * s->ld + i;
         *diagonal += weight;
         if (i < s->nu) continue;

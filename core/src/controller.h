@@ -12,6 +12,7 @@ struct rumo_controller {
     int prepared, inputs_left;
     double *applied;                    /* (max(d, 1), nu), oldest first */
     double *guess_x, *guess_u;          /* (N + 1, nx), (N, nu) */
+    double *guess_values;               /* (nb, nu): of its blocks; the end of guess_u where there are none */
     double *guess_slacks;               /* (N nc,): of the iteration before, see attempt() */
     double *previous_x, *previous_u;
     double *numbers;                    /* of the plan: u, x, slacks, z */
@@ -25,7 +26,8 @@ struct rumo_controller {
     double *x_lanes, *u_lanes, *p_lanes, *registers, *terms, *work; /* see tape.c, eliminate.c */
     double *results;                    /* (m, entries, lanes): maps of the substeps; of the last one if explicit */
     double *maps, *other_maps;          /* (entries, lanes): of the intervals, see compose.c; results if m = 1 */
-    double *on_the_way, *zeros;         /* (nx, lanes), (lanes,): state that an explicit scheme has come to */
+    double *on_the_way;                 /* (nx, lanes): state that an explicit scheme has come to */
+    double *zeros;                      /* (lanes,) or (nu,), whichever is longer */
     double *dx_lanes, *du_lanes;        /* (nx, lanes), (nu, lanes): see expand_inner() */
     double *unit;                       /* (nw,): in which pivots compare */
     int balanced, *block_of;

@@ -79,6 +79,6 @@ extern RUMO_EXPORT const rumo_api RUMO_TABLE;
 
 RUMO_EXPORT const rumo_api RUMO_TABLE = {
     RUMO_CORE_VERSION, RUMO_BUILD,     controller_size, create_controller, configure, reset_controller,
-    start_guess,       applied_inputs, status_counts,   prepare,           feedback,  step,
-    program_size,      solve_program,
+    start_guess,       set_parameters, applied_inputs,  status_counts,     prepare,   feedback,
+    step,              program_size,   solve_program,
 };

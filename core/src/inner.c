@@ -92,14 +92,25 @@ static void expand_inner(rumo_controller *c) {
     show_algebraic(c);
 }
 
-/* One sample later: those of states move on with the last state, algebraic variables stay. */
-static void shift_inner(const rumo_controller *c, const double *restrict from, double *restrict to) {
+/* On the straight line between the states at two stages. */
+static inline double between(const double *x, int nx, int signal, double node) {
+    return (1.0 - node) * x[signal] + node * x[nx + signal];
+}
+
+/* One sample later: values of states keep their distance from the straight line between the ends of their interval. */
+static void shift_inner(const rumo_controller *c) {
     const dims *s = &c->s;
-    const double *end = plan_x(c) + s->N * s->nx, *before = end - s->nx;
-    for (int i = 0; i < s->ni; ++i, from += s->lanes, to += s->lanes) {
+    for (int i = 0; i < s->ni; ++i) {
+        const double *from = c->inner + (ptrdiff_t)i * s->lanes, node = c->problem.inner_nodes[i];
+        double *to = c->previous_inner + (ptrdiff_t)i * s->lanes;
         const int signal = c->problem.inner_signals[i];
-        const double move = signal < s->nx ? end[signal] - before[signal] : 0.0, next = from[s->N - 1] + move;
-        copy(to, from + 1, s->N - 1);
-        for (int k = s->N - 1; k < s->lanes; ++k) to[k] = isfinite(next) ? next : from[s->N - 1];
+        for (int k = 0; k < s->lanes; ++k) {
+            const int here = k < s->N ? k : s->N - 1, j = c->problem.shift.intervals[here];
+            to[k] = from[j];
+            if (signal >= s->nx) continue;
+            const double moved = between(c->previous_x + here * s->nx, s->nx, signal, node) +
+                                 (from[j] - between(plan_x(c) + j * s->nx, s->nx, signal, node));
+            if (isfinite(moved)) to[k] = moved;
+        }
     }
 }

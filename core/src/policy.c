@@ -9,17 +9,19 @@
 
 static inline int gate_stages(const dims *s) { return s->N < s->d + GATE_STAGES ? s->N : s->d + GATE_STAGES; }
 
-/* The inputs nearest to u (count, nu) that respect bounds and move bounds, one after the other. */
-static void make_admissible(const rumo_controller *c, const double *before, double *u, int count) {
+/* The inputs nearest to u (count, nu) that respect bounds and move bounds, one after the other; move bounds of the
+ * next lie `next` numbers on. */
+static void make_admissible(const rumo_controller *c, const double *before, const double *move_lower,
+                            const double *move_upper, int next, double *u, int count) {
     const rumo_problem *p = &c->problem;
     const int nu = c->s.nu;
-    for (int k = 0; k < count; ++k) {
+    for (int k = 0; k < count; ++k, move_lower += next, move_upper += next) {
         for (int j = 0; j < nu; ++j) {
             const double wanted = u[k * nu + j], move = wanted - before[j];
             /* An admissible input stays what it is; a move may be as large as numbers get. */
-            const double reached = move < p->move_lower[j]   ? before[j] + p->move_lower[j]
-                                   : move > p->move_upper[j] ? before[j] + p->move_upper[j]
-                                                             : wanted;
+            const double reached = move < move_lower[j]   ? before[j] + move_lower[j]
+                                   : move > move_upper[j] ? before[j] + move_upper[j]
+                                                          : wanted;
             u[k * nu + j] = clip(reached, p->input_lower[j], p->input_upper[j]);
         }
         before = u + k * nu;
@@ -69,6 +71,21 @@ static int plausible(rumo_controller *c, const double *x) {
     return 1;
 }
 
+/* One sample later: the last input stays, the last state is extrapolated. */
+static void shift_plan(rumo_controller *c) {
+    const dims *s = &c->s;
+    const rumo_shift *shift = &c->problem.shift;
+    for (int k = 0; k < s->N; ++k) copy(c->previous_u + k * s->nu, plan_u(c) + shift->intervals[k] * s->nu, s->nu);
+    for (int k = 0; k <= s->N; ++k) {
+        const double *begin = plan_x(c) + shift->stages[k] * s->nx, *end = begin + s->nx;
+        for (int r = 0; r < s->nx; ++r) {
+            const double x = begin[r] + shift->shares[k] * (end[r] - begin[r]);
+            c->previous_x[k * s->nx + r] = isfinite(x) ? x : end[r];
+        }
+    }
+    shift_inner(c);
+}
+
 /* Complete the plan: `solved` says whether numbers hold a solution. Then shift it into the next guess. */
 static void follow(rumo_controller *c, int solved, rumo_status status, rumo_plan *plan) {
     const dims *s = &c->s;
@@ -92,24 +109,16 @@ static void follow(rumo_controller *c, int solved, rumo_status status, rumo_plan
         }
     }
     copy(u, c->applied, d * nu);
-    make_admissible(c, last, u + d * nu, N - d);
+    make_admissible(c, last, c->problem.move_lower, c->problem.move_upper, 0, u + d * nu, N - d);
     const double *command = u + d * nu;
     memmove(c->applied, c->applied + nu, (size_t)((decided - 1) * nu) * sizeof(double));
     copy(last, command, nu);
 
     plan->status = status;
     ++c->counts[status];
-    /* One sample later: the last input stays, the last state is extrapolated. */
     c->has_previous = status != RUMO_PLAN_EXHAUSTED;
     if (c->has_previous) {
-        copy(c->previous_u, u + nu, (N - 1) * nu);
-        copy(c->previous_u + (N - 1) * nu, u + (N - 1) * nu, nu);
-        copy(c->previous_x, x + nx, N * nx);
-        for (int r = 0; r < nx; ++r) {
-            const double end = x[N * nx + r], next = 2.0 * end - x[(N - 1) * nx + r];
-            c->previous_x[N * nx + r] = isfinite(next) ? next : end;
-        }
-        shift_inner(c, c->inner, c->previous_inner);
+        shift_plan(c);
         copy(c->guess_u, c->previous_u, N * nu);
         copy(c->guess_x, c->previous_x, (N + 1) * nx);
         copy(c->guess_inner, c->previous_inner, s->ni * s->lanes);

@@ -1,11 +1,13 @@
 /* Making a controller: one pass over the same calls measures its memory, a second one lays it out. */
 
-static dims dims_of(const rumo_sizes *p) {
+static dims dims_of(const rumo_problem *problem) {
+    const rumo_sizes *p = &problem->sizes;
 #ifdef RUMO_TAILORED
     static const rumo_sizes tailored = {RUMO_SIZES};
     p = &tailored;
 #endif
     dims s;
+    s.blocking = problem->blocking;
     s.N = p->horizon;
     s.d = p->delay;
     s.nx = p->states;
@@ -18,7 +20,8 @@ static dims dims_of(const rumo_sizes *p) {
     s.nw = s.nx + s.nz + p->inner;
     s.explicit_scheme = p->explicit_scheme;
     s.ni = s.explicit_scheme ? 0 : s.m * s.nw - s.nx;
-    s.n = (s.N - s.d) * s.nu;
+    s.nb = p->blocks;
+    s.n = s.nb * s.nu;
     s.ld = padded(s.n);
     s.rows = s.nx + s.nz;
     s.width = s.nx + s.nu + 1;
@@ -79,33 +82,44 @@ RARE static void keep_composition(arena *a, rumo_composition *c) {
 
 /* Lay out a controller in memory, or measure it; with memory, copy the problem. */
 RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
-    const dims s = c->s = dims_of(&p->sizes);
-    const int np = p->sizes.parameters;
     c->problem = *p;
     rumo_problem *own = &c->problem;
+    own->blocking.block = keep_ints(a, p->blocking.block, p->sizes.horizon);
+    own->blocking.share = keep_doubles(a, p->blocking.share, p->sizes.horizon);
+    own->blocking.part = keep_doubles(a, p->blocking.part, p->sizes.horizon);
+    const dims s = c->s = dims_of(own);
+    const ptrdiff_t np = p->sizes.parameters;
     keep_tape(a, &own->tape);
     keep_tape(a, &own->inner_tape);
     keep_pattern(a, &own->M);
     keep_elimination(a, &own->elimination, s.nw);
     keep_composition(a, &own->composition);
+    own->shift.stages = keep_ints(a, p->shift.stages, s.N + 1);
+    own->shift.shares = keep_doubles(a, p->shift.shares, s.N + 1);
+    own->shift.intervals = keep_ints(a, p->shift.intervals, s.N);
     own->inner_signals = keep_ints(a, p->inner_signals, s.ni);
+    own->inner_nodes = keep_doubles(a, p->inner_nodes, s.ni);
     own->algebraic_guess = keep_doubles(a, p->algebraic_guess, s.nz);
     own->output_weights = NULL; /* kept as roots */
-    own->move_weights = keep_doubles(a, p->move_weights, s.N * s.nu);
+    own->move_weights = keep_doubles(a, p->move_weights, s.n);
     own->input_scales = keep_doubles(a, p->input_scales, s.nu);
     own->input_lower = keep_doubles(a, p->input_lower, s.nu);
     own->input_upper = keep_doubles(a, p->input_upper, s.nu);
     own->move_lower = keep_doubles(a, p->move_lower, s.nu);
     own->move_upper = keep_doubles(a, p->move_upper, s.nu);
+    own->block_lower = keep_doubles(a, p->block_lower, s.n);
+    own->block_upper = keep_doubles(a, p->block_upper, s.n);
     own->safe_input = keep_doubles(a, p->safe_input, s.nu);
     own->constraint_scales = keep_doubles(a, p->constraint_scales, s.nc);
     own->l1 = own->l2 = NULL; /* kept in the QP */
     own->imposed = keep_ints(a, p->imposed, s.N * s.nc);
-    own->parameters = own->fixed = NULL; /* kept in lanes */
+    own->parameters = keep_doubles(a, p->parameters, s.N * np);
+    own->fixed = NULL; /* kept in lanes */
 
     c->applied = take_doubles(a, (s.d > 1 ? s.d : 1) * s.nu);
     c->guess_x = take_doubles(a, (s.N + 1) * s.nx);
     c->guess_u = take_doubles(a, s.N * s.nu);
+    c->guess_values = unblocked(&s) ? c->guess_u + s.d * s.nu : take_doubles(a, s.n);
     c->guess_slacks = take_doubles(a, s.N * s.nc);
     c->previous_x = take_doubles(a, (s.N + 1) * s.nx);
     c->previous_u = take_doubles(a, s.N * s.nu);
@@ -117,7 +131,7 @@ RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
 
     c->x_lanes = take_doubles(a, s.nx * (s.lanes + LANES));
     c->u_lanes = take_doubles(a, s.nu * s.lanes);
-    c->p_lanes = take_doubles(a, (ptrdiff_t)np * s.lanes);
+    c->p_lanes = take_doubles(a, np * s.lanes);
 #ifndef RUMO_TAILORED
     const int places = register_places(&p->tape), inner_places = register_places(&p->inner_tape);
     c->registers = take_doubles(a, (ptrdiff_t)(places > inner_places ? places : inner_places) * CHUNK);
@@ -129,7 +143,7 @@ RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     c->maps = s.m > 1 ? take_doubles(a, (ptrdiff_t)composed->entries * s.lanes) : c->results;
     c->other_maps = s.m > 1 ? take_doubles(a, (ptrdiff_t)composed->entries * s.lanes) : NULL;
     c->on_the_way = take_doubles(a, s.explicit_scheme ? s.nx * s.lanes : 0);
-    c->zeros = take_doubles(a, s.lanes);
+    c->zeros = take_doubles(a, s.lanes > s.nu ? s.lanes : s.nu);
     c->dx_lanes = take_doubles(a, s.ni ? s.nx * s.lanes : 0);
     c->du_lanes = take_doubles(a, s.ni ? s.nu * s.lanes : 0);
     int largest = 0;
@@ -185,6 +199,12 @@ RARE static size_t controller_size(const rumo_problem *p) {
     return a.used + ALIGNMENT;
 }
 
+static void set_parameters(rumo_controller *c, const double *parameters) {
+    const int np = c->problem.sizes.parameters;
+    to_lanes(parameters, np, np, c->s.N, c->s.lanes, c->p_lanes);
+    c->prepared = 0;
+}
+
 static void configure(rumo_controller *c, const rumo_settings *settings) { c->settings = *settings; }
 
 RARE static void reset_controller(rumo_controller *c) {
@@ -192,6 +212,7 @@ RARE static void reset_controller(rumo_controller *c) {
     c->implausible = c->repeats = c->changes = c->has_last = c->blameless = c->settled = 0;
     const int decided = c->s.d > 1 ? c->s.d : 1;
     for (int k = 0; k < decided; ++k) copy(c->applied + k * c->s.nu, c->problem.safe_input, c->s.nu);
+    set_parameters(c, c->problem.parameters);
     memset(c->counts, 0, sizeof c->counts);
     clear_members(&c->q);
     c->prepare_seconds = c->straying = 0.0;
@@ -204,8 +225,6 @@ RARE static rumo_controller *create_controller(const rumo_problem *p, const rumo
     const dims *s = &c->s;
     for (int i = 0; i < p->sizes.slots; ++i)
         for (int k = 0; k < s->lanes; ++k) c->terms[(ptrdiff_t)i * s->lanes + k] = isnan(p->fixed[i]) ? 0.0 : p->fixed[i];
-    for (int i = 0; i < p->sizes.parameters; ++i)
-        for (int k = 0; k < s->lanes; ++k) c->p_lanes[(ptrdiff_t)i * s->lanes + k] = p->parameters[i];
     for (int i = 0; i < s->N * s->ny; ++i) c->c.root_weights[i] = sqrt(2.0 * p->output_weights[i]);
     for (int r = 0; r < s->rows; ++r) {
         c->end_of_A[r] = c->map.start[r];

@@ -19,6 +19,31 @@ static void start_guess(rumo_controller *c, const double *x) {
     clear_members(&c->q);
 }
 
+static const double *last_decided(const rumo_controller *c) {
+    return c->applied + (c->s.d > 1 ? c->s.d - 1 : 0) * c->s.nu;
+}
+
+/* Input j of stage k, given the values of blocks and what comes before the first of them. */
+static inline double blocked_input(const dims *s, const double *before, const double *values, int k, int j) {
+    const int own = block_at(s, k) * s->nu + j;
+    const double share = share_at(s, k);
+    return share < 1.0 ? share * values[own] + (1.0 - share) * (own < s->nu ? before[j] : values[own - s->nu])
+                       : values[own];
+}
+
+/* Where inputs are held over blocks, hold those of the guess as well. */
+static void hold_guess(rumo_controller *c) {
+    const dims *s = &c->s;
+    if (unblocked(s)) return;
+    zero(c->guess_values, s->n);
+    for (int k = s->d; k < s->N; ++k)
+        for (int j = 0; j < s->nu; ++j)
+            c->guess_values[block_at(s, k) * s->nu + j] += s->blocking.part[k] * c->guess_u[k * s->nu + j];
+    for (int k = s->d; k < s->N; ++k)
+        for (int j = 0; j < s->nu; ++j)
+            c->guess_u[k * s->nu + j] = blocked_input(s, last_decided(c), c->guess_values, k, j);
+}
+
 /* The guess, number k in lane k. */
 static void load_guess(rumo_controller *c) {
     const dims s = c->s;
@@ -32,8 +57,9 @@ static void load_guess(rumo_controller *c) {
 
 /* Linearise all stages at the guess: model, constraints and derivatives, and the unknowns eliminated. */
 static int linearize_stages(rumo_controller *c) {
-    const dims s = dims_of(&c->problem.sizes);
+    const dims s = dims_of(&c->problem);
     const rumo_problem *p = &c->problem;
+    hold_guess(c);
     load_guess(c);
     for (int j = 0; j < s.m; ++j) {
         const guess_lanes in = at_substep(c, j);
@@ -88,7 +114,7 @@ static double straying(const rumo_controller *c) {
 
 /* Linearise, eliminate, condense, factor, and take over the working set of the step before, `shift` stages on. */
 static int linearize(rumo_controller *c, int shift) {
-    const dims s = dims_of(&c->problem.sizes);
+    const dims s = dims_of(&c->problem);
     const double *scales = c->problem.input_scales;
     if (!linearize_stages(c)) return 0;
     spread(&s, &c->map, c->map_row, c->maps, c->c.stages);
@@ -109,6 +135,7 @@ static int linearize(rumo_controller *c, int shift) {
     }
     add_up_hessian(&s, c->problem.move_weights, scales, &c->c);
     if (!factorize(s.n, s.ld, c->c.hessian, c->c.factor, c->c.inverse, c->c.transpose)) return 0;
+    shift &= unblocked(&s) && c->problem.shift.same_rows;
     renew_members(&c->q, shift * s.nu, shift * s.nc, c->imposed_now);
     return 1;
 }
@@ -142,16 +169,20 @@ static inline double linearised(const rumo_controller *c, int value, int r, cons
 
 /* Gradient and limits of the QP, now that measurement and reference are known. */
 static void set_up_qp(rumo_controller *c, const double *x, const double *reference) {
-    const dims s = dims_of(&c->problem.sizes);
+    const dims s = dims_of(&c->problem);
     const rumo_problem *p = &c->problem;
     qp *q = &c->q;
+    const double *last = last_decided(c), *u = c->guess_values;
     /* What happens if the inputs stay with the guess from the first free one on. */
     for (int r = 0; r < s.nx; ++r) c->dx[r] = x[r] - c->guess_x[r];
     for (int i = 0; i < s.d * s.nu; ++i) c->du[i] = c->applied[i] - c->guess_u[i];
+    for (int k = s.d; !unblocked(&s) && k < s.N; ++k)
+        for (int j = 0; j < s.nu; ++j)
+            c->du[k * s.nu + j] = blocked_input(&s, last, u, k, j) - c->guess_u[k * s.nu + j];
     zero(c->gradient, s.ld);
     for (int k = 0; k < s.N; ++k) {
         double *dx = c->dx + (ptrdiff_t)(k + 1) * s.ldx;
-        const double *du = k < s.d ? c->du + k * s.nu : NULL;
+        const double *du = k < s.d || !unblocked(&s) ? c->du + k * s.nu : NULL;
         advance(&s, c->c.stages + (ptrdiff_t)k * s.width * s.ldx, dx - s.ldx, du, dx);
         for (int r = 0; r < s.nc; ++r) {
             const int i = k * s.nc + r;
@@ -165,19 +196,17 @@ static void set_up_qp(rumo_controller *c, const double *x, const double *referen
             axpy(c->gradient, c->c.root_weights[i] * error, c->c.outputs + (ptrdiff_t)i * s.ld, padded(inputs_at(&s, k)));
         }
     }
-    const double *last = c->applied + (s.d > 1 ? s.d - 1 : 0) * s.nu;
-    const double *u = c->guess_u + s.d * s.nu;
     for (int i = 0; i < s.n; ++i) {
         const int j = i % s.nu;
         const double scale = p->input_scales[j], move = u[i] - (i < s.nu ? last[j] : u[i - s.nu]);
-        const double slope = 2.0 * p->move_weights[s.d * s.nu + i] * move * scale;
+        const double slope = 2.0 * p->move_weights[i] * move * scale;
         c->gradient[i] += slope;
         if (i >= s.nu) c->gradient[i - s.nu] -= slope;
         q->lower[i] = (p->input_lower[j] - u[i]) / scale;
         q->upper[i] = (p->input_upper[j] - u[i]) / scale;
         if (!q->band) continue;
-        q->lower[s.n + i] = (p->move_lower[j] - move) / scale;
-        q->upper[s.n + i] = (p->move_upper[j] - move) / scale;
+        q->lower[s.n + i] = (p->block_lower[i] - move) / scale;
+        q->upper[s.n + i] = (p->block_upper[i] - move) / scale;
     }
     watch_members(q);
 }
@@ -205,9 +234,9 @@ RARE static double merit(const rumo_controller *c, const double *v, double *viol
 static void clip_deviations(const rumo_controller *c, double *v) {
     const dims *s = &c->s;
     double *u = plan_u(c) + s->d * s->nu;
-    const double *guess = c->guess_u + s->d * s->nu, *scale = c->problem.input_scales;
+    const double *guess = c->guess_values, *scale = c->problem.input_scales;
     for (int i = 0; i < s->n; ++i) u[i] = guess[i] + scale[i % s->nu] * v[i];
-    make_admissible(c, c->applied + (s->d > 1 ? s->d - 1 : 0) * s->nu, u, s->N - s->d);
+    make_admissible(c, last_decided(c), c->problem.block_lower, c->problem.block_upper, s->nu, u, s->nb);
     for (int i = 0; i < s->n; ++i) v[i] = (u[i] - guess[i]) / scale[i % s->nu];
 }
 
@@ -226,10 +255,13 @@ RARE static void take_best(rumo_controller *c) {
 
 /* Inputs, states and slacks of the QP's solution; returns the status it deserves. */
 static rumo_status expand(rumo_controller *c, const double *x, rumo_status status) {
-    const dims s = dims_of(&c->problem.sizes);
+    const dims s = dims_of(&c->problem);
     const double *scale = c->problem.input_scales;
     double *u = plan_u(c), *states = plan_x(c), *slacks = plan_slacks(c);
-    for (int i = 0; i < s.n; ++i) c->du[s.d * s.nu + i] = scale[i % s.nu] * c->q.v[i];
+    for (int i = 0; unblocked(&s) && i < s.n; ++i) c->du[s.d * s.nu + i] = scale[i % s.nu] * c->q.v[i];
+    for (int k = s.d; !unblocked(&s) && k < s.N; ++k)
+        for (int j = 0; j < s.nu; ++j)
+            c->du[k * s.nu + j] += scale[j] * blocked_input(&s, c->zeros, c->q.v, k, j);
     for (int i = 0; i < s.N * s.nu; ++i) u[i] = c->guess_u[i] + c->du[i];
     copy(states, x, s.nx);
     int violated = 0;

@@ -26,6 +26,7 @@ from rumo.discretization import (
     Trapezoidal,
 )
 from rumo.errors import ArgumentError, CallOrderError, PlantError, RumoError, ShapeError, UnknownNameError
+from rumo.grid import Grid, IncrementBlocks, InputBlocks, MoveBlocks
 from rumo.model import Algebraic, Model, Output, Parameter
 from rumo.plan import Plan
 from rumo.problem import Problem
@@ -49,11 +50,15 @@ __all__ = [
     "Discretization",
     "ExplicitEuler",
     "Gauss2",
+    "Grid",
     "ImplicitEuler",
     "ImplicitMidpoint",
+    "IncrementBlocks",
     "InnovationGate",
+    "InputBlocks",
     "LinearTimeVarying",
     "Model",
+    "MoveBlocks",
     "NlpOptions",
     "Output",
     "Parameter",

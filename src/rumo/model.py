@@ -20,7 +20,7 @@ Expression = Callable[[NamedSymbols, NamedSymbols, NamedSymbols], Any]
 
 @dataclass(frozen=True)
 class Parameter:
-    """A model parameter that is constant over a horizon.
+    """A model parameter, constant over an interval of the horizon.
 
     Parameters
     ----------

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rumo.checks import as_mapping, as_numbers, checked, checked_items, positive_number, whole_number
 from rumo.errors import ArgumentError, ShapeError, UnknownNameError
+from rumo.grid import Grid, InputBlocks, MoveBlocks
 from rumo.model import Model
 from rumo.signals import Array, Signals
 from rumo.terms import Bounds, BoundsLike, Constraint, Penalty, Weight, as_bounds, check_penalty
@@ -37,26 +39,39 @@ class Problem:
     ----------
     model : Model
         What is controlled.
-    horizon : int
-        Number N of sampling intervals.
+    horizon : int or Grid
+        Number N of intervals of one sampling time each, or intervals of other lengths, of which the first d + 1 are one
+        sampling time long.
     sampling_time : float
-        Length of an interval [s].
+        Time from one sample to the next [s].
     track : mapping of str to Weight
-        Weight of the error of each tracked state or output.
+        Weight of the error of each tracked state or output; at the end of an interval twice as long as a sampling time
+        it counts twice.
     moves : mapping of str to Weight
         Positive weight of each input's increment; every input has one, which makes the problem strictly convex.
     bounds : mapping of str to Bounds or (lower, upper), optional
         Of inputs (always hard), states and algebraic variables.
     move_bounds : mapping of str to Bounds or (lower, upper), optional
-        Of input increments, per sampling interval.
+        Of input increments from one interval to the next.
     constraints : mapping of str to Constraint, optional
         Path constraints `G(x_i, u_{i-1}) <= 0`, by name.
     delay : int
         Number d of samples between a measurement and the first input computed from it; 0 <= d < N.
     safe_input : mapping of str to float, optional
         Where the inputs go when no plan is left; 0, or the nearest bound, where not given.
-    parameters : mapping of str to float, optional
-        Values of the model's parameters, their defaults where not given.
+    parameters : mapping of str to float or sequence of float, length N, optional
+        Values of the model's parameters, on the whole horizon or on each interval; their defaults where not given.
+    blocks : MoveBlocks, optional
+        Intervals over which inputs, or their increments, are held; none if not given.
+
+    Attributes
+    ----------
+    horizon : int
+        N.
+    steps, times : ndarray, shapes (N,), (N + 1,)
+        Length of each interval, and time of each stage from now [s].
+    parameters : ndarray, shape (N, np_)
+        Their values on each interval.
 
     Raises
     ------
@@ -68,7 +83,7 @@ class Problem:
         self,
         model: Model,
         *,
-        horizon: int,
+        horizon: int | Grid,
         sampling_time: float,
         track: Mapping[str, Weight],
         moves: Mapping[str, Weight],
@@ -77,16 +92,19 @@ class Problem:
         constraints: Mapping[str, Constraint] | None = None,
         delay: int = 0,
         safe_input: Mapping[str, float] | None = None,
-        parameters: Mapping[str, float] | None = None,
+        parameters: Mapping[str, ArrayLike] | None = None,
+        blocks: MoveBlocks | None = None,
     ) -> None:
         self.model = checked(model, "model", Model)
-        self.horizon = whole_number(horizon, "horizon", 1)
         self.sampling_time = positive_number(sampling_time, "sampling_time")
+        self.horizon = len(horizon.steps) if isinstance(horizon, Grid) else whole_number(horizon, "horizon", 1)
         self.delay = whole_number(delay, "delay", 0)
         if self.delay >= self.horizon:
             raise ArgumentError(
-                "delay", str(delay), f"less than the horizon of {horizon}", "Otherwise no input is left to choose."
+                "delay", str(delay), f"less than the horizon of {self.horizon}", "Otherwise no input is left to choose."
             )
+        self.steps, self.times = self._stages(horizon if isinstance(horizon, Grid) else None)
+        self.blocks = self._blocks(blocks)
 
         track = checked_items(track, "track", Weight, "rumo.Weight(1.0, range=...)")
         moves = checked_items(moves, "moves", Weight, "rumo.Weight(1.0, range=...)")
@@ -95,6 +113,7 @@ class Problem:
         self.output_rows = [model.expression(name, "track") for name in track]
         self.outputs = Signals({name: model.unit(name) for name in track}, "tracked outputs")
         self.output_weights = np.column_stack([self._weight(track[name], f"track[{name!r}]") for name in track])
+        self.output_weights *= self.steps[:, None] / self.sampling_time
 
         for name in moves:
             model.inputs.index(name, "moves")
@@ -138,11 +157,74 @@ class Problem:
         self.constraint_names = Signals({item.name: item.unit for item in self.constraints}, "constraints")
         self.constraint_scales = np.array([item.scale for item in self.constraints])
         self.safe_input = self._safe_input(as_mapping(safe_input, "safe_input"))
-        self.parameters = model.parameter_vector(as_mapping(parameters, "parameters"))
+        self.parameters = self.parameter_table(as_mapping(parameters, "parameters"))
         # Controllers build on these numbers once; a change would reach some and not others.
         for value in vars(self).values():
             if isinstance(value, np.ndarray):
                 value.flags.writeable = False
+
+    @property
+    def uniform(self) -> bool:
+        """Whether all intervals are one sampling time long."""
+        return bool((self.steps == self.sampling_time).all())
+
+    @property
+    def block_move_weights(self) -> Array:
+        """Weight of each block's move (nb, nu): what its intervals' moves cost together."""
+        squares = self.blocks.moves()[:, None] ** 2 * self.move_weights[self.delay :]
+        return np.add.reduceat(squares, self.blocks.first)
+
+    @property
+    def block_move_bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of each block's move (nb, nu)."""
+        # The largest move of an interval within a block, over the block's.
+        largest = np.maximum.reduceat(self.blocks.moves(), self.blocks.first)[:, None]
+        return self.move_lower / largest, self.move_upper / largest
+
+    def parameter_table(self, values: Mapping[str, ArrayLike], argument: str = "parameters") -> Array:
+        """Parameter values (N, np_), finite, defaults where `values` leaves one out."""
+        table = np.tile(self.model.default_parameters, (self.horizon, 1))
+        for name, value in values.items():
+            column, numbers = self.model.parameters.index(name, argument), as_numbers(value, f"{argument}[{name!r}]")
+            if numbers.shape not in ((), (self.horizon,)):
+                raise ShapeError(
+                    f"{argument}[{name!r}]",
+                    f"shape {numbers.shape}",
+                    f"one number, or {self.horizon}: one for each interval of the horizon",
+                )
+            if not np.isfinite(numbers).all():
+                raise ArgumentError(f"{argument}[{name!r}]", str(numbers.tolist()), "a finite number")
+            table[:, column] = numbers
+        return table
+
+    def _stages(self, grid: Grid | None) -> tuple[Array, Array]:
+        """Length of each interval and time of each stage [s]."""
+        if grid is None:
+            return np.full(self.horizon, self.sampling_time), self.sampling_time * np.arange(self.horizon + 1)
+        steps = np.array(grid.steps)
+        ahead = steps[: self.delay + 1]
+        if not np.allclose(ahead, self.sampling_time, rtol=1e-9, atol=0.0):
+            raise ArgumentError(
+                "horizon",
+                f"a grid that begins with steps of {', '.join(f'{step:g}' for step in ahead)} s",
+                f"{len(ahead)} of the sampling time, {self.sampling_time:g} s",
+                "Inputs of the first intervals are applied for a sampling time each: see Grid.geometric(equal=...).",
+            )
+        steps[: self.delay + 1] = self.sampling_time
+        return steps, np.concatenate([[0.0], np.cumsum(steps)])
+
+    def _blocks(self, blocks: MoveBlocks | None) -> MoveBlocks:
+        free = self.horizon - self.delay
+        if blocks is None:
+            return InputBlocks([1] * free)
+        blocks = checked(blocks, "blocks", MoveBlocks, "Write rumo.InputBlocks([1, 1, 2, 4]).")
+        if sum(blocks.lengths) != free:
+            raise ArgumentError(
+                "blocks",
+                f"{sum(blocks.lengths)} intervals in all",
+                f"{free}: the horizon of {self.horizon} without the delay of {self.delay}",
+            )
+        return blocks
 
     def _weight(self, weight: Weight, argument: str, *, positive: bool = False) -> Array:
         """Stage weights (N,), divided by the squared range."""

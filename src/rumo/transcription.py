@@ -106,17 +106,20 @@ class Transcription:
         inner = list(scheme.inner(nx, nz))
         end, e = ca.SX.sym("end", nx + nz), ca.SX.sym("e", len(inner))
         w, x, u, p = ca.vertcat(end, e), model.x, model.u, model.p
-        phi = scheme.residual(model, end, e, x, u, p, problem.sampling_time / scheme.substeps)
+        # On a non-uniform grid, the length of a step is one more parameter.
+        length = problem.sampling_time if problem.uniform else ca.SX.sym("length")
+        given = p if problem.uniform else ca.vertcat(p, length)
+        phi = scheme.residual(model, end, e, x, u, p, length / scheme.substeps)
         y = ca.vertcat(*problem.output_rows)
         G = ca.vertcat(*(constraint.row for constraint in problem.constraints)) if problem.constraints else ca.SX(0, 1)
-        self.outputs = ca.Function("outputs", [model.xz, u, p], [y], ["x", "u", "p"], ["y"])
-        self.constraints = ca.Function("constraints", [model.xz, u, p], [G], ["x", "u", "p"], ["G"])
-        self._substep = ca.Function("substep", [w, x, u, p], [phi])
+        self.outputs = ca.Function("outputs", [model.xz, u, given], [y], ["x", "u", "p"], ["y"])
+        self.constraints = ca.Function("constraints", [model.xz, u, given], [G], ["x", "u", "p"], ["G"])
+        self._substep = ca.Function("substep", [w, x, u, given], [phi])
         self.interval = self._interval()
         self.inner_signals, self.inner_nodes = self._inner(inner)
 
-        self._terms = self._linearised(phi, w, x, u, p)
-        self._arguments = [end[:nx], x, u, p, ca.vertcat(end[nx:], e)]
+        self._terms = self._linearised(phi, w, x, u, given)
+        self._arguments = [end[:nx], x, u, given, ca.vertcat(end[nx:], e)]
         self.imposed = self._influenced()
 
         symbol: Any = ca.MX if self.interval.is_a("MXFunction") else ca.SX
@@ -129,7 +132,6 @@ class Transcription:
         self._stages = ca.Function("stage", arguments, [packed]).map(problem.horizon)
         self._newton = ca.Function("newton", arguments, [terms["defect"], terms["A0"], terms["M"]])
         self._path = self.constraints.map(problem.horizon)
-        self._parameters = np.tile(problem.parameters[:, None], problem.horizon)
 
     @property
     def unknowns(self) -> int:
@@ -167,7 +169,11 @@ class Transcription:
         inner = None if alone else tape(np.flatnonzero(varying & inside))
         return StageProgram(tape(np.flatnonzero(varying)), inner, fixed, first, positions)
 
-    def linearize(self, x: Array, u: Array, inner: Array) -> Stages:
+    def given(self, parameters: Array) -> Array:
+        """What stage functions take for p: a model's parameters (N, np_) and, on a non-uniform grid, lengths (N, 1)."""
+        return parameters if self.problem.uniform else np.column_stack([parameters, self.problem.steps])
+
+    def linearize(self, x: Array, u: Array, inner: Array, parameters: Array) -> Stages:
         """Linearise all stages about a guess.
 
         Parameters
@@ -178,9 +184,11 @@ class Transcription:
             Guess u_g of the inputs.
         inner : ndarray, shape (N, nw - nx)
             Guess of the intervals' other unknowns.
+        parameters : ndarray, shape (N, np_)
+            Of the model, on each interval.
         """
         unknowns = np.hstack([x[1:], inner])
-        packed = self._stages(unknowns.T, x[:-1].T, u.T, self._parameters).full().T
+        packed = self._stages(unknowns.T, x[:-1].T, u.T, self.given(parameters).T).full().T
         arrays: dict[str, Array] = {}
         start = 0
         for name, shape in self._shapes.items():
@@ -201,12 +209,12 @@ class Transcription:
         guess[..., ~states] = self.problem.model.algebraic_guess[self.inner_signals[~states] - nx]
         return guess
 
-    def path_constraints(self, x: Array, u: Array, inner: Array) -> Array:
+    def path_constraints(self, x: Array, u: Array, inner: Array, parameters: Array) -> Array:
         """Values (N, nc) of the path constraints along states (N + 1, nx), inputs (N, nu) and other unknowns."""
         algebraic = inner[:, : len(self.problem.model.algebraic)]
-        return self._path(np.hstack([x[1:], algebraic]).T, u.T, self._parameters).full().T
+        return self._path(np.hstack([x[1:], algebraic]).T, u.T, self.given(parameters).T).full().T
 
-    def advance(self, x: Array, u: Array) -> tuple[Array, Array]:
+    def advance(self, x: Array, u: Array, interval: int = 0) -> tuple[Array, Array]:
         """The unknowns w (nw,) of an interval that begins at x (nx,) with input u (nu,), and their derivatives by x.
 
         By Newton's method from a guess at rest.
@@ -217,8 +225,9 @@ class Transcription:
             If the linearised equations are singular or give no finite numbers.
         """
         w, sensitivity = np.r_[x, self.inner_between(x, x)], np.zeros((self.unknowns, len(x)))
+        p = self.given(self.problem.parameters)[interval]
         for _ in range(NEWTON_ITERATIONS):
-            phi, A0, M = (value.full() for value in self._newton(w, x, u, self.problem.parameters))
+            phi, A0, M = (value.full() for value in self._newton(w, x, u, p))
             solved = np.linalg.solve(M, np.hstack([A0, phi]))
             sensitivity, correction = solved[:, :-1], solved[:, -1]
             w = w + correction

@@ -11,6 +11,7 @@ SOURCE = Path(rumo.__file__).parent
 LEAVES = ["version", "errors", "checks", "status", "signals"]
 ROOMS = [
     "model",
+    "grid",
     "terms",
     "problem",
     "discretization",

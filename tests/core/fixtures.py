@@ -14,7 +14,7 @@ from rumo.kernel.tape import Tape
 from rumo.references import SinePath
 from rumo.studies import PaperStudy
 from rumo.textbook import robertson_dae
-from rumo.vehicles import PAPER_CAR
+from rumo.vehicles import PAPER_CAR, friction_circles
 
 PERIOD = 0.04
 
@@ -37,19 +37,20 @@ def paper_car(penalty, delay, **changes):
     if changes:
         problem = rumo.Problem(
             problem.model,
-            horizon=study.horizon,
             sampling_time=PERIOD,
+            delay=delay,
             track={
                 name: rumo.Weight(1.0, span)
                 for name, span in zip(problem.outputs, (160.0, 6.0, 0.6, 10.0), strict=True)
             },
             moves={"torque": rumo.Weight(5.0, range=600.0), "steering_rate": rumo.Weight(5.0, range=3.0)},
             bounds={"torque": (-300.0, 300.0), "steering_rate": (-1.5, 1.5)},
-            **changes,
+            constraints=friction_circles(PAPER_CAR, penalty),
+            **({"horizon": study.horizon} | changes),
         )
 
     def reference(k):
-        window = study.path(PERIOD * (k + np.arange(problem.horizon + 1)))
+        window = study.path(PERIOD * k + problem.times)
         return np.column_stack([window[name] for name in problem.outputs])
 
     start = study.path(np.zeros(1))
@@ -115,6 +116,14 @@ def fixtures():
         "tank": held(tank(), [1.0], [1.2], [0.4]),
         "car_radau": dataclasses.replace(paper_car(soft, 1), scheme=rumo.Radau2()),
         "car_substeps": dataclasses.replace(paper_car(soft, 2), scheme=rumo.Bdf2(substeps=2)),
+        "car_growing": paper_car(soft, 1, horizon=rumo.Grid.geometric(10, PERIOD, 1.2, equal=2)),
+        "car_blocks": paper_car(
+            soft,
+            2,
+            blocks=rumo.IncrementBlocks([2, 3, 8]),
+            move_bounds={"torque": (-60.0, 90.0), "steering_rate": (-0.3, 0.3)},
+        ),
+        "car_held": paper_car(None, 0, blocks=rumo.InputBlocks([1, 2, 12])),
         "cart_explicit": dataclasses.replace(held(cart, x_cart, [0.0, 0.0], [0.5, 0.0]), scheme=rumo.Rk4(substeps=3)),
         "algebraic": dataclasses.replace(algebraic(), scheme=rumo.Trapezoidal(substeps=2)),
         "contradictory": contradictory(),
@@ -189,7 +198,16 @@ def pattern_header(count=24, seed=1):
             first[name], slots = slots, slots + len(positions[name])
         tape = Tape(np.zeros((0, 4), dtype=np.int32), np.zeros(0), 1)
         sizes = dict.fromkeys(SIZES[:-1], 0) | {"horizon": 8, "states": nx, "inputs": nu, "substeps": 1}
-        empty = {name: np.zeros(0) for name in (*ARRAYS, "parameter_values") if name != "fixed"}
+        sizes["shift_same_rows"] = 1
+        tables = (
+            "shift_stages",
+            "shift_shares",
+            "shift_intervals",
+            "blocking_block",
+            "blocking_share",
+            "blocking_part",
+        )
+        empty = {name: np.zeros(0) for name in (*ARRAYS, *tables, "parameter_values") if name != "fixed"}
         description: Description = describe(StageProgram(tape, None, np.zeros(slots), first, positions), sizes, empty)
         parts.append(problem_source(description, f"pattern_{index}"))
         names.append(f"&pattern_{index}")

@@ -176,7 +176,9 @@ def test_nlp_out_of_budget_uses_an_iterate_only_if_it_satisfies_the_dynamics():
         assert plan.cause in (Status.BUDGET_EXCEEDED, Status.OPTIMAL)
         if plan.status is Status.BUDGET_EXCEEDED:
             # One Newton step onto the dynamics hardly moves the states that it promised.
-            stages = controller.transcription.linearize(plan.x.values, plan.u.values, np.zeros((len(plan.u), 0)))
+            stages = controller.transcription.linearize(
+                plan.x.values, plan.u.values, np.zeros((len(plan.u), 0)), problem.parameters
+            )
             step = np.linalg.solve(stages.M, stages.defect[:, :, None])
             assert np.abs(step).max() < 0.02
     assert seen[0] is Status.PLAN_EXHAUSTED  # no iterate yet, and no earlier plan

@@ -213,6 +213,26 @@ PROBLEM_MISTAKES = {
         "safe_input['torque']: got 5, expected a value within the bounds (-2, 2).",
     ),
     "NaN safe input": ({"safe_input": {"torque": np.nan}}, "safe_input['torque']: got nan, expected a finite number."),
+    "grid that begins with another step": (
+        {"horizon": rumo.Grid.geometric(5, 0.05, 1.5)},
+        "horizon: got a grid that begins with steps of 0.05, 0.075 s, expected 2 of the sampling time, 0.05 s.",
+    ),
+    "blocks of too many intervals": (
+        {"blocks": rumo.InputBlocks([4, 4, 4])},
+        "blocks: got 12 intervals in all, expected 11: the horizon of 12 without the delay of 1.",
+    ),
+    "blocks as a list": (
+        {"blocks": [1, 10]},
+        "blocks: got [1, 10], expected a rumo.MoveBlocks. Write rumo.InputBlocks([1, 1, 2, 4]).",
+    ),
+    "parameters of another horizon": (
+        {"parameters": {"gravity": [9.81, 9.82]}},
+        "parameters['gravity']: got shape (2,), expected one number, or 12: one for each interval of the horizon.",
+    ),
+    "parameter that is NaN": (
+        {"parameters": {"gravity": np.nan}},
+        "parameters['gravity']: got nan, expected a finite number.",
+    ),
     "unknown parameter": ({"parameters": {"mass": 1.0}}, "parameters: got 'mass', expected one of gravity."),
     "NaN parameter": ({"parameters": {"gravity": np.nan}}, "parameters['gravity']: got nan, expected a finite number."),
 }
@@ -417,3 +437,20 @@ def test_schemes(make, scheme, message):
 def test_substeps(substeps):
     with pytest.raises(rumo.ArgumentError, match=f"substeps: got {substeps}, expected a whole number of at least 1"):
         rumo.Radau2(substeps=substeps)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: rumo.Grid([]), "steps: got [], expected a list of interval lengths such as [0.05, 0.05, 0.1]."),
+        (lambda: rumo.Grid(5), "steps: got 5, expected a list of interval lengths"),
+        (lambda: rumo.Grid([0.1, -0.1]), "steps[1]: got -0.1, expected a positive finite number."),
+        (lambda: rumo.Grid.geometric(5, 0.1, 0.0), "ratio: got 0.0, expected a positive finite number."),
+        (lambda: rumo.Grid.geometric(0, 0.1, 1.1), "intervals: got 0, expected a whole number of at least 1."),
+        (lambda: rumo.InputBlocks([]), "lengths: got [], expected a list of block lengths such as [1, 1, 2, 4]."),
+        (lambda: rumo.IncrementBlocks([1, 0]), "lengths[1]: got 0, expected a whole number of at least 1."),
+    ],
+)
+def test_grids_and_blocks(make, message):
+    with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
+        make()

@@ -49,10 +49,10 @@ def test_linearisation_against_finite_differences(name, scheme):
     transcription = Transcription(problem, scheme)
     x, u = (np.array(values) for values in NATURAL[name])
     N = problem.horizon
-    z, p = x * 1.01 + 1e-3 * np.abs(x), problem.parameters
+    z, p = x * 1.01 + 1e-3 * np.abs(x), problem.parameters[0]
     guess_x = np.vstack([x] + [z] * N)
     inner = 1.001 * transcription.inner_between(guess_x[:-1], guess_x[1:])
-    stages = transcription.linearize(guess_x, np.tile(u, (N, 1)), inner)
+    stages = transcription.linearize(guess_x, np.tile(u, (N, 1)), inner, problem.parameters)
     w = np.r_[z, inner[0]]
 
     def residual(w, x, u):
@@ -93,9 +93,10 @@ def test_stages_do_not_mix(name, scheme):
     growth = 1.0 + 0.01 * np.arange(N + 1)[:, None]
     guess_x, guess_u = x * growth, u * growth[:-1]
     inner = transcription.inner_between(guess_x[:-1], guess_x[1:])
-    stages = transcription.linearize(guess_x, guess_u, inner)
+    stages = transcription.linearize(guess_x, guess_u, inner, problem.parameters)
     for k in (0, N // 2, N - 1):
         same_x = np.vstack([guess_x[k]] + [guess_x[k + 1]] * N)
-        alone = transcription.linearize(same_x, np.tile(guess_u[k], (N, 1)), np.tile(inner[k], (N, 1)))
+        same = np.tile(guess_u[k], (N, 1)), np.tile(inner[k], (N, 1)), problem.parameters
+        alone = transcription.linearize(same_x, *same)
         for key in ("defect", "A0", "M", "B", "y", "Cx", "Cu", "G", "D", "E"):
             np.testing.assert_array_equal(getattr(stages, key)[k], getattr(alone, key)[0], err_msg=key)

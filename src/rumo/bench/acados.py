@@ -267,7 +267,7 @@ class _Augmented:
 
 def _augment(problem: Problem) -> _Augmented:
     model, d, dt = problem.model, problem.delay, problem.sampling_time
-    nx, nu, p = len(model.states), len(model.inputs), ca.DM(problem.parameters)
+    nx, nu, p = len(model.states), len(model.inputs), ca.DM(problem.parameters[0])
     expressions = ca.vertcat(*problem.output_rows, *(item.row for item in problem.constraints))
     # Outputs and constraints at stage i may depend on u_{i-1}, as moves without delay do.
     past = d == 0 or ca.depends_on(expressions, model.u)

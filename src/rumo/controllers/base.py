@@ -52,7 +52,7 @@ class Controller(ABC):
 
     @abstractmethod
     def reset(self, x: Values | None = None, applied: Mapping[str, float] | ArrayLike | None = None) -> None:
-        """Forget everything.
+        """Forget everything; parameters are the problem's again.
 
         Parameters
         ----------
@@ -74,6 +74,19 @@ class Controller(ABC):
     @applied.setter
     @abstractmethod
     def applied(self, inputs: Mapping[str, float] | ArrayLike) -> None: ...
+
+    @property
+    @abstractmethod
+    def parameters(self) -> Array:
+        """Values of the model's parameters on each interval (N, np_).
+
+        Set them by a mapping from names to numbers, or N numbers each, before a preparation; those left out have their
+        defaults. Until then, and after a reset, they are the problem's.
+        """
+
+    @parameters.setter
+    @abstractmethod
+    def parameters(self, values: Mapping[str, ArrayLike]) -> None: ...
 
     @property
     @abstractmethod

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rumo.checks import as_mapping
 from rumo.controllers.base import ReferenceWindow
+from rumo.controllers.fallback import Shift
 from rumo.controllers.qp import QpOptions
 from rumo.controllers.rti import RealTimeIteration
 from rumo.errors import CallOrderError
@@ -49,6 +51,7 @@ class CompiledRti(RealTimeIteration):
         decided = self._decided(applied)
         start = None if x is None else self.problem.model.states.finite_vector(x, "x")
         self._core.reset()
+        self._parameters = self.problem.parameters
         self._core.set_applied(decided)
         if start is not None:
             self._core.start(start)
@@ -63,6 +66,16 @@ class CompiledRti(RealTimeIteration):
     @applied.setter
     def applied(self, inputs: Mapping[str, float] | ArrayLike) -> None:
         self._core.set_applied(self._decided(inputs))
+
+    @property
+    def parameters(self) -> Array:
+        """Parameter values, see `Controller.parameters`."""
+        return self._parameters.copy()
+
+    @parameters.setter
+    def parameters(self, values: Mapping[str, ArrayLike]) -> None:
+        self._parameters = self.problem.parameter_table(as_mapping(values, "parameters"))
+        self._core.set_parameters(np.ascontiguousarray(self.transcription.given(self._parameters)))
 
     @property
     def status_counts(self) -> Counter[Status]:
@@ -149,21 +162,33 @@ class CompiledRti(RealTimeIteration):
             "inputs": len(model.inputs),
             "outputs": len(problem.outputs),
             "constraints": len(problem.constraints),
-            "parameters": len(problem.parameters),
+            "parameters": self.transcription.interval.size1_in(3),
             "delay": problem.delay,
             "inner": len(scheme.inner(len(model.states), len(model.algebraic))),
             "substeps": scheme.substeps,
             "explicit_scheme": scheme.explicit,
+            "blocks": len(problem.blocks.lengths),
+            "shift_same_rows": int(problem.uniform),
         }
-        names = ("output_weights", "move_weights", "input_scales", "input_lower", "input_upper", "move_lower")
-        values = {name: getattr(problem, name) for name in (*names, "move_upper", "safe_input", "constraint_scales")}
+        names = ("output_weights", "input_scales", "input_lower", "input_upper", "move_lower", "move_upper")
+        values = {name: getattr(problem, name) for name in (*names, "safe_input", "constraint_scales")}
+        shift, blocks = Shift(self.transcription), problem.blocks
+        values |= {f"shift_{name}": getattr(shift, name) for name in ("stages", "shares", "intervals")}
+        blocking = {"block": blocks.block_of, "share": blocks.shares(), "part": blocks.parts()}
+        for name, array in blocking.items():  # of all intervals; those before the first free one have none
+            values[f"blocking_{name}"] = np.concatenate([np.zeros(problem.delay, array.dtype), array])
+        lower, upper = problem.block_move_bounds
         values |= {
+            "move_weights": problem.block_move_weights,
+            "block_lower": lower,
+            "block_upper": upper,
             "l1": np.array([np.inf if penalty is None else penalty.l1 for penalty in penalties]),
             "l2": np.array([0.0 if penalty is None else penalty.l2 for penalty in penalties]),
             "imposed": self.transcription.imposed,
             "inner_signals": self.transcription.inner_signals,
+            "inner_nodes": self.transcription.inner_nodes,
             "algebraic_guess": model.algebraic_guess,
-            "parameter_values": problem.parameters,
+            "parameter_values": self.transcription.given(problem.parameters),
         }
         return describe(self.transcription.program(), sizes, values)
 
@@ -171,9 +196,10 @@ class CompiledRti(RealTimeIteration):
         """Rows of the QP in words: bounds of the free inputs, their increments if limited, path constraints."""
         problem = self.problem
         inputs, d = problem.model.inputs.names, problem.delay
-        n = len(inputs) * (problem.horizon - d)
+        n = len(inputs) * len(problem.blocks.lengths)
         limited = np.isfinite(problem.move_lower).any() or np.isfinite(problem.move_upper).any()
-        names = [f"bounds of {inputs[i % len(inputs)]} at stage {d + i // len(inputs) + 1}" for i in range(n)]
+        stages = d + problem.blocks.first + 1
+        names = [f"bounds of {inputs[i % len(inputs)]} at stage {stages[i // len(inputs)]}" for i in range(n)]
         names += [name.replace("bounds", "move bounds", 1) for name in names] if limited else []
         constraints = problem.constraint_names.names
         for stage in range(problem.horizon):

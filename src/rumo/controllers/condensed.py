@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from rumo.controllers.condensing import Condensed, condense, quadratic_program
@@ -18,13 +20,18 @@ class CondensedController(PolicyController):
 
     qp: QpOptions
     _condensed: Condensed | None = None
+    _about: Trajectory
 
     def _reach(self) -> Array | None:
         return None if self._condensed is None else self._condensed.reach_until(gate_stages(self.problem))
 
     def _linearize(self, guess: Trajectory) -> bool:
-        """Linearise about the guess, eliminate the implicit states, condense; False if that gives no numbers."""
-        stages = self.transcription.linearize(guess.x, guess.u, guess.inner)
+        """Linearise about the guess, eliminate its unknowns, condense; False if that gives no numbers."""
+        d, blocks = self.problem.delay, self.problem.blocks
+        self._values = blocks.values(guess.u[d:])
+        u = np.vstack([guess.u[:d], blocks.matrix @ np.vstack([self._applied[-1], self._values])])
+        self._about = replace(guess, u=u)
+        stages = self.transcription.linearize(guess.x, u, guess.inner, self._parameters)
         if not stages.finite:
             return False
         try:
@@ -33,22 +40,23 @@ class CondensedController(PolicyController):
             return False
         return True
 
-    def _iterate(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate:
-        """One QP about a prepared guess, and its solution expanded."""
-        problem, condensed = self.problem, self._condensed
+    def _iterate(self, x: Array, window: dict[str, Array]) -> Candidate:
+        """One QP about the guess linearised about, and its solution expanded."""
+        problem, condensed, guess = self.problem, self._condensed, self._about
         assert condensed is not None
-        d, nu = problem.delay, len(problem.model.inputs)
+        d, nu, blocks = problem.delay, len(problem.model.inputs), problem.blocks.matrix
 
         # The initial state is the measurement, the first d inputs are those already decided.
-        du_decided = self._applied[:d] - guess.u[:d]
-        known = np.r_[x - guess.x[0], du_decided.ravel(), 1.0]
+        known_u = np.vstack([self._applied[:d], blocks @ np.vstack([self._applied[-1], self._values])])
+        known = np.r_[x - guess.x[0], (known_u - guess.u).ravel(), 1.0]
         reference = np.column_stack([window[name][1:] for name in problem.outputs])
-        program = quadratic_program(condensed, problem, known, reference, guess.u[d:], self._applied[-1])
+        program = quadratic_program(condensed, problem, known, reference, self._values, self._applied[-1])
         v, status = self._optimize(program)
 
         # x = x_g + dx, u = u_g + du
         dx = condensed.x_known @ known + condensed.x_free @ v
-        du = np.vstack([du_decided, v.reshape(-1, nu) * problem.input_scales])
+        du = known_u - guess.u
+        du[d:] += blocks[:, 1:] @ (v.reshape(-1, nu) * problem.input_scales)
         states = np.vstack([x, guess.x[1:] + dx])
         A, B, c = condensed.inner
         before = (states - guess.x)[:-1, :, None]

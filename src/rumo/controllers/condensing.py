@@ -22,8 +22,8 @@ NO_INFLUENCE = 1e-10
 class Condensed:
     """Affine maps from what is known only at feedback, and from the free inputs, to all that matters.
 
-    With `k = (dx_0, du_0 ... du_{d-1}, 1)` known and `v` the free input deviations in units of their range,
-    a quantity is `known @ k + free @ v`.
+    With `k = (dx_0, du_0 ... du_{N-1}, 1)` known and `v` the deviations of the free inputs in units of their range, a
+    quantity is `known @ k + free @ v`; `du` in k is what the inputs are known to deviate by, whatever v is.
 
     Attributes
     ----------
@@ -124,7 +124,6 @@ def condense(stages: Stages, problem: Problem, imposed: np.ndarray) -> Condensed
     A, B, c = eliminate(stages)
     N, nx, nu = len(A), A.shape[2], B.shape[2]
     size = nx + len(problem.model.algebraic)
-    d = problem.delay
     # Response of (dx_i, dz_i) to (dx_0, du_0 ... du_{N-1}, 1), by forward substitution.
     inputs = [slice(nx + k * nu, nx + (k + 1) * nu) for k in range(N)]
     response = np.zeros((N, size, nx + N * nu + 1))
@@ -143,20 +142,20 @@ def condense(stages: Stages, problem: Problem, imposed: np.ndarray) -> Condensed
     y[:, :, -1] += stages.y
     g[:, :, -1] += stages.G
 
-    first_free = nx + d * nu
-    known = np.r_[0:first_free, response.shape[2] - 1]
-    scale = np.tile(problem.input_scales, N - d)
+    first_free = nx + problem.delay * nu
+    blocks = np.kron(problem.blocks.matrix[:, 1:], np.diag(problem.input_scales))
 
     def split(array: Array) -> tuple[Array, Array]:
-        return array[..., known], array[..., first_free:-1] * scale
+        return array, array[..., first_free:-1] @ blocks
 
     x_known, x_free = split(response[:, :nx])
     y_known, y_free = split(y.reshape(-1, y.shape[2]))
     g_known, g_free = split(g.reshape(-1, g.shape[2]))
-    increments = (np.eye(scale.size) - np.eye(scale.size, k=-nu)) * scale
+    n = blocks.shape[1]
+    increments = (np.eye(n) - np.eye(n, k=-nu)) * np.tile(problem.input_scales, n // nu)
 
     Q = problem.output_weights.ravel()
-    R = problem.move_weights[d:].ravel()
+    R = problem.block_move_weights.ravel()
     hessian = 2.0 * (y_free.T @ (Q[:, None] * y_free) + increments.T @ (R[:, None] * increments))
     influence = np.linalg.norm(g_free, axis=1).reshape(N, -1) / problem.constraint_scales
     rows = np.flatnonzero(imposed & (influence > NO_INFLUENCE))
@@ -176,16 +175,16 @@ def quadratic_program(
     problem : Problem
         Weights and limits.
     known : ndarray, shape (nk,)
-        `(dx_0, du_0 ... du_{d-1}, 1)`.
+        `(dx_0, du_0 ... du_{N-1}, 1)`.
     reference : ndarray, shape (N, ny)
         Wanted outputs of stages 1 to N.
-    u_guess : ndarray, shape (N - d, nu)
-        Guess of the free inputs.
+    u_guess : ndarray, shape (nb, nu)
+        Guess of the free inputs: those of the blocks.
     applied : ndarray, shape (nu,)
         Input before the first free one.
     """
     Q = problem.output_weights.ravel()
-    R = problem.move_weights[problem.delay :].ravel()
+    R = problem.block_move_weights.ravel()
     error = condensed.y_known @ known - reference.ravel()
     moves = np.diff(u_guess, axis=0, prepend=applied[None]).ravel()
     gradient = 2.0 * (condensed.y_free.T @ (Q * error) + condensed.increments.T @ (R * moves))
@@ -196,16 +195,15 @@ def quadratic_program(
     penalties = [constraint.penalty for constraint in constraints]
     moved = np.isfinite(problem.move_lower) | np.isfinite(problem.move_upper)
     limited = np.flatnonzero(np.tile(moved, n_free))
+    move_lower, move_upper = (bound.ravel()[limited] for bound in problem.block_move_bounds)
     return QuadraticProgram(
         hessian=condensed.hessian,
         gradient=gradient,
         lower=((problem.input_lower - u_guess) / scale).ravel(),
         upper=((problem.input_upper - u_guess) / scale).ravel(),
         rows=np.vstack([condensed.g_free[rows], condensed.increments[limited]]),
-        row_lower=np.r_[np.full(len(rows), -np.inf), np.tile(problem.move_lower, n_free)[limited] - moves[limited]],
-        row_upper=np.r_[
-            -condensed.g_known[rows] @ known, np.tile(problem.move_upper, n_free)[limited] - moves[limited]
-        ],
+        row_lower=np.r_[np.full(len(rows), -np.inf), move_lower - moves[limited]],
+        row_upper=np.r_[-condensed.g_known[rows] @ known, move_upper - moves[limited]],
         l1=np.r_[[np.inf if item is None else item.l1 for item in penalties], np.full(len(limited), np.inf)],
         l2=np.r_[[0.0 if item is None else item.l2 for item in penalties], np.zeros(len(limited))],
     )

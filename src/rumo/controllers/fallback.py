@@ -8,6 +8,44 @@ import numpy as np
 
 from rumo.problem import Problem
 from rumo.signals import Array
+from rumo.transcription import Transcription
+
+
+class Shift:
+    """Where on a horizon one sample later is.
+
+    Parameters
+    ----------
+    transcription : Transcription
+        Its grid and its intervals' unknowns.
+
+    Attributes
+    ----------
+    stages, shares : ndarray, shape (N + 1,)
+        The stage before, and how far towards the next, as a share; beyond 1 at the end.
+    intervals : ndarray, shape (N,)
+        The interval in whose time the middle of each lies then.
+    bent : ndarray of bool, shape (nw - nx,)
+        Which inner unknowns are values of states.
+    """
+
+    def __init__(self, transcription: Transcription) -> None:
+        problem = transcription.problem
+        times, steps, last = problem.times, problem.steps, problem.horizon - 1
+        later = times + problem.sampling_time
+        # A time that is a stage's but for rounding is that stage's.
+        nearly = 1e-9 * problem.sampling_time
+        self.stages = np.minimum(np.searchsorted(times, later + nearly, side="right") - 1, last).astype(np.int32)
+        self.shares = np.round((later - times[self.stages]) / steps[self.stages], 9)
+        middle = 0.5 * (later[:-1] + later[1:])
+        self.intervals = np.minimum(np.searchsorted(times, middle, side="right") - 1, last).astype(np.int32)
+        self.bent = transcription.inner_signals < len(problem.model.states)
+        self._signals = transcription.inner_signals[self.bent]
+        self._nodes = transcription.inner_nodes[self.bent]
+
+    def between(self, begin: Array, end: Array) -> Array:
+        """On the straight line from states (N, nx) to states (N, nx), where the inner unknowns lie."""
+        return (1.0 - self._nodes) * begin[:, self._signals] + self._nodes * end[:, self._signals]
 
 
 @dataclass(frozen=True)
@@ -23,19 +61,15 @@ class Trajectory:
         """Stay at state x (nx,) with input u (nu,)."""
         return cls(np.tile(u, (horizon, 1)), np.tile(x, (horizon + 1, 1)), np.tile(inner, (horizon, 1)))
 
-    def shifted(self, signals: np.ndarray) -> Trajectory:
-        """One sample later: u(t+N) = u(t+N-1), the last state extrapolated.
-
-        `signals` says which state each inner unknown is a value of; numbers beyond the states are algebraic variables.
-        """
-        nx = self.x.shape[1]
-        last_move = self.x[-1] - self.x[-2]
-        inner_move = np.r_[last_move, np.zeros(signals.max(initial=nx) + 1 - nx)][signals]
-        return Trajectory(
-            np.vstack([self.u[1:], self.u[-1]]),
-            np.vstack([self.x[1:], self.x[-1] + last_move]),
-            np.vstack([self.inner[1:], self.inner[-1] + inner_move]),
-        )
+    def shifted(self, shift: Shift) -> Trajectory:
+        """One sample later: u(t+N) = u(t+N-1), the last state extrapolated."""
+        i, j = shift.stages, shift.intervals
+        x = self.x[i] + shift.shares[:, None] * (self.x[i + 1] - self.x[i])
+        inner = self.inner[j].copy()
+        # Unknowns inside an interval keep their distance from the straight line between its ends.
+        bend = inner[:, shift.bent] - shift.between(self.x[j], self.x[j + 1])
+        inner[:, shift.bent] = shift.between(x[:-1], x[1:]) + bend
+        return Trajectory(self.u[j], x, inner)
 
     @property
     def resting(self) -> bool:

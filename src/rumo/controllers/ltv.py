@@ -59,7 +59,7 @@ class LinearTimeVarying(CondensedController):
         reference = self._trajectory(window)
         if not self._linearize(reference):
             return None
-        return self._iterate(x, window, reference)
+        return self._iterate(x, window)
 
     def _trajectory(self, window: dict[str, Array]) -> Trajectory:
         problem = self.problem

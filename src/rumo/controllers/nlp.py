@@ -106,12 +106,14 @@ class DirectNlp(PolicyController):
         nx, nu = len(problem.model.states), len(problem.model.inputs)
         nw, nz = functions.unknowns, len(problem.model.algebraic)
         x0, w = ca.SX.sym("x0", nx), ca.SX.sym("w", nw, N)
-        decided, u = ca.SX.sym("decided", nu, len(self._applied)), ca.SX.sym("u", nu, N - d)
+        nb, blocks = len(problem.blocks.lengths), ca.DM(problem.blocks.matrix)
+        decided, v = ca.SX.sym("decided", nu, len(self._applied)), ca.SX.sym("v", nu, nb)
         reference = ca.SX.sym("r", len(problem.outputs), N)
-        p = ca.DM(problem.parameters)
+        p = ca.SX.sym("p", functions.interval.size1_in(3), N)
         states = ca.horzcat(x0, w[:nx, :])
-        inputs = ca.horzcat(decided[:, :d], u)
-        increments = ca.diff(ca.horzcat(decided[:, -1], u), 1, 1)
+        values = ca.horzcat(decided[:, -1], v)
+        inputs = ca.horzcat(decided[:, :d], values @ blocks.T)
+        increments = ca.diff(values, 1, 1)
 
         soft = [(k, j) for k, j in np.argwhere(functions.imposed) if problem.constraints[j].penalty is not None]
         s = ca.SX.sym("s", len(soft))
@@ -119,13 +121,12 @@ class DirectNlp(PolicyController):
         cost = ca.SX(0)
         equalities, hard = [], []
         for k in range(N):
-            equalities.append(functions.interval(w[:, k], states[:, k], inputs[:, k], p))
-            error = functions.outputs(w[: nx + nz, k], inputs[:, k], p) - reference[:, k]
+            equalities.append(functions.interval(w[:, k], states[:, k], inputs[:, k], p[:, k]))
+            error = functions.outputs(w[: nx + nz, k], inputs[:, k], p[:, k]) - reference[:, k]
             cost += ca.dot(ca.DM(problem.output_weights[k]), error**2)
-            if k >= d:
-                cost += ca.dot(ca.DM(problem.move_weights[k]), increments[:, k - d] ** 2)
-            rows = functions.constraints(w[: nx + nz, k], inputs[:, k], p)
+            rows = functions.constraints(w[: nx + nz, k], inputs[:, k], p[:, k])
             hard += [rows[int(j)] - slack_of.get((k, j), 0.0) for j in np.flatnonzero(functions.imposed[k])]
+        cost += ca.sum1(ca.vec(ca.DM(problem.block_move_weights.T) * increments**2))
         for i, (_, j) in enumerate(soft):
             penalty = problem.constraints[j].penalty
             assert penalty is not None
@@ -134,15 +135,14 @@ class DirectNlp(PolicyController):
         limited = np.flatnonzero(np.isfinite(problem.move_lower) | np.isfinite(problem.move_upper))
         moves = ca.vec(increments[limited.tolist(), :])
         constraints = ca.vertcat(*equalities, *hard, moves)
-        self._lower = np.r_[np.full(N * nw, -np.inf), np.tile(problem.input_lower, N - d), np.zeros(len(soft))]
-        self._upper = np.r_[np.full(N * nw, np.inf), np.tile(problem.input_upper, N - d), np.full(len(soft), np.inf)]
-        self._g_lower = np.r_[
-            np.zeros(N * nw), np.full(len(hard), -np.inf), np.tile(problem.move_lower[limited], N - d)
-        ]
-        self._g_upper = np.r_[np.zeros(N * nw + len(hard)), np.tile(problem.move_upper[limited], N - d)]
+        move_lower, move_upper = (bound[:, limited].ravel() for bound in problem.block_move_bounds)
+        self._lower = np.r_[np.full(N * nw, -np.inf), np.tile(problem.input_lower, nb), np.zeros(len(soft))]
+        self._upper = np.r_[np.full(N * nw, np.inf), np.tile(problem.input_upper, nb), np.full(len(soft), np.inf)]
+        self._g_lower = np.r_[np.zeros(N * nw), np.full(len(hard), -np.inf), move_lower]
+        self._g_upper = np.r_[np.zeros(N * nw + len(hard)), move_upper]
         statement = {
-            "x": ca.vertcat(ca.vec(w), ca.vec(u), s),
-            "p": ca.vertcat(x0, ca.vec(decided), ca.vec(reference)),
+            "x": ca.vertcat(ca.vec(w), ca.vec(v), s),
+            "p": ca.vertcat(x0, ca.vec(decided), ca.vec(reference), ca.vec(p)),
             "f": cost / problem.cost_scale,
             "g": constraints,
         }
@@ -181,7 +181,7 @@ class DirectNlp(PolicyController):
     def _prepare(self, guess: Trajectory) -> bool:
         if guess.resting:  # once after a reset, for the gate; otherwise the guess is all there is
             try:
-                linearised = self.transcription.linearize(guess.x, guess.u, guess.inner)
+                linearised = self.transcription.linearize(guess.x, guess.u, guess.inner, self._parameters)
                 condensed = condense(linearised, self.problem, self.transcription.imposed)
                 self._first_reach = condensed.reach_until(gate_stages(self.problem))
             except np.linalg.LinAlgError:
@@ -196,12 +196,14 @@ class DirectNlp(PolicyController):
         N, d = problem.horizon, problem.delay
         nx, nw = len(problem.model.states), self.transcription.unknowns
         reference = np.column_stack([window[name][1:] for name in problem.outputs])
-        slack = np.zeros(len(self._lower) - N * nw - guess.u[d:].size)
+        values = problem.blocks.values(guess.u[d:])
+        slack = np.zeros(len(self._lower) - N * nw - values.size)
+        parameters = self.transcription.given(self._parameters)
         lam_x, lam_g = self._multipliers or (np.zeros(len(self._lower)), np.zeros(len(self._g_lower)))
         try:
             result = self._solver(
-                x0=np.r_[np.hstack([guess.x[1:], guess.inner]).ravel(), guess.u[d:].ravel(), slack],
-                p=np.r_[x, self._applied.ravel(), reference.ravel()],
+                x0=np.r_[np.hstack([guess.x[1:], guess.inner]).ravel(), values.ravel(), slack],
+                p=np.r_[x, self._applied.ravel(), reference.ravel(), parameters.ravel()],
                 lbx=self._lower,
                 ubx=self._upper,
                 lbg=self._g_lower,
@@ -214,7 +216,8 @@ class DirectNlp(PolicyController):
             return None
         solution, g = result["x"].full().ravel(), result["g"].full().ravel()
         w = solution[: N * nw].reshape(N, nw)
-        u = np.vstack([self._applied[:d], solution[N * nw : N * nw + guess.u[d:].size].reshape(N - d, -1)])
+        values = solution[N * nw :][: values.size].reshape(values.shape)
+        u = np.vstack([self._applied[:d], problem.blocks.matrix @ np.vstack([self._applied[-1], values])])
         trajectory = Trajectory(u, np.vstack([x, w[:, :nx]]), w[:, nx:])
         stats = self._solver.stats()
         out_of_budget = stats["return_status"] in ("Maximum_Iterations_Exceeded", "Maximum_WallTime_Exceeded")
@@ -228,7 +231,7 @@ class DirectNlp(PolicyController):
             unknown = replace(trajectory, u=np.full_like(u, np.nan))
             return Candidate(unknown, np.full((N, len(problem.constraints)), np.nan), status)
         self._multipliers = result["lam_x"].full().ravel(), result["lam_g"].full().ravel()
-        constraints = self.transcription.path_constraints(trajectory.x, u, trajectory.inner)
+        constraints = self.transcription.path_constraints(trajectory.x, u, trajectory.inner, self._parameters)
         return self._assess(trajectory, constraints, status)
 
     def _admissible(self, trajectory: Trajectory, excess: Array) -> bool:
@@ -239,7 +242,7 @@ class DirectNlp(PolicyController):
         if not trajectory.finite or np.max(excess, initial=0.0) > ADMISSIBLE:
             return False
         try:
-            stages = self.transcription.linearize(trajectory.x, trajectory.u, trajectory.inner)
+            stages = self.transcription.linearize(trajectory.x, trajectory.u, trajectory.inner, self._parameters)
             _, _, correction = eliminate(stages)
         except np.linalg.LinAlgError:
             return False

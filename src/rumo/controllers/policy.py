@@ -11,8 +11,9 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rumo.checks import as_mapping
 from rumo.controllers.base import Controller, ReferenceWindow
-from rumo.controllers.fallback import Trajectory, admissible
+from rumo.controllers.fallback import Shift, Trajectory, admissible
 from rumo.controllers.gate import WIDE_GATE, Gatekeeper, InnovationGate, gate_stages
 from rumo.discretization import Discretization
 from rumo.errors import CallOrderError
@@ -46,6 +47,7 @@ class PolicyController(Controller):
     ) -> None:
         super().__init__(problem, discretization, gate=gate)
         self._counts: Counter[Status] = Counter()
+        self._shift = Shift(self.transcription)
         self.reset()
 
     def reset(self, x: Values | None = None, applied: Mapping[str, float] | ArrayLike | None = None) -> None:
@@ -59,6 +61,7 @@ class PolicyController(Controller):
         self._counts.clear()
         self._gatekeeper = Gatekeeper(self.gate)
         self._applied = self._decided(applied)
+        self._parameters = self.problem.parameters
         if x is not None:
             self._start_guess(self.problem.model.states.finite_vector(x, "x"))
 
@@ -70,6 +73,16 @@ class PolicyController(Controller):
     @applied.setter
     def applied(self, inputs: Mapping[str, float] | ArrayLike) -> None:
         self._applied = self._decided(inputs)
+
+    @property
+    def parameters(self) -> Array:
+        """Parameter values, see `Controller.parameters`."""
+        return self._parameters.copy()
+
+    @parameters.setter
+    def parameters(self, values: Mapping[str, ArrayLike]) -> None:
+        self._parameters = self.problem.parameter_table(as_mapping(values, "parameters"))
+        self._prepared = False
 
     @property
     def status_counts(self) -> Counter[Status]:
@@ -175,7 +188,7 @@ class PolicyController(Controller):
         self._applied = np.vstack([self._applied[1:], command])
         # The next guess is this plan one sample later; without a plan, the next measurement gives it.
         exhausted = status is Status.PLAN_EXHAUSTED
-        self._previous = None if exhausted else Trajectory(u, states, inner).shifted(self.transcription.inner_signals)
+        self._previous = None if exhausted else Trajectory(u, states, inner).shifted(self._shift)
         # A guess from which the solver came to nothing is not kept: the next measurement gives a new one, at rest. If
         # that fails too, the shifted plan is the better guess, until there is a solution.
         fruitless = candidate is None and cause in (Status.SOLVER_FAILED, Status.BUDGET_EXCEEDED)

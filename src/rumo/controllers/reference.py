@@ -30,23 +30,22 @@ class ReferenceRti(RealTimeIteration, CondensedController):
         return not lost
 
     def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
-        candidate = self._iterate(x, window, guess)
+        candidate = self._iterate(x, window)
         for _ in range(self.sqp_iterations - 1):
-            if not candidate.status.solved or self._change(candidate.trajectory, guess) < self.tolerance:
+            if not candidate.status.solved or self._change(candidate.trajectory) < self.tolerance:
                 break
-            guess = candidate.trajectory
-            if not self._linearize(guess):
+            if not self._linearize(candidate.trajectory):
                 break
-            better = self._iterate(x, window, guess)
+            better = self._iterate(x, window)
             if not better.status.solved:
                 break
             candidate = better
         return candidate
 
-    def _change(self, new: Trajectory, old: Trajectory) -> float:
+    def _change(self, new: Trajectory) -> float:
         """Largest change of an input over its range, or of a state over the reach of the inputs."""
         assert self._condensed is not None
-        reach = self._condensed.reach
+        old, reach = self._about, self._condensed.reach
         inputs = np.abs(new.u - old.u).max(axis=0) / self.problem.input_scales
         states = np.abs(new.x - old.x).max(axis=0)[reach > 0.0] / reach[reach > 0.0]
         return float(max(inputs.max(), states.max(initial=0.0)))

@@ -125,6 +125,16 @@ class RealTimeIteration(Controller):
             ...
 
         @property
+        def parameters(self) -> Array:
+            """See `Controller.parameters`."""
+            ...
+
+        @parameters.setter
+        def parameters(self, values: Mapping[str, ArrayLike]) -> None:
+            """See `Controller.parameters`."""
+            ...
+
+        @property
         def status_counts(self) -> Counter[Status]:
             """See `Controller.status_counts`."""
             ...

@@ -73,6 +73,7 @@ SIZES = (
     "inner",
     "substeps",
     "explicit_scheme",
+    "blocks",
     "slots",
 )
 

@@ -30,6 +30,7 @@ _COMPOSITION = ("row", "column", "start", "own", "products", "product")
 ARRAYS = (
     "fixed",
     "inner_signals",
+    "inner_nodes",
     "algebraic_guess",
     "output_weights",
     "move_weights",
@@ -38,6 +39,8 @@ ARRAYS = (
     "input_upper",
     "move_lower",
     "move_upper",
+    "block_lower",
+    "block_upper",
     "safe_input",
     "constraint_scales",
     "l1",
@@ -89,6 +92,9 @@ def problem_source(description: Description, name: str = "problem") -> str:
     elimination |= {member: array(key) for member, key in _ELIMINATION.items()}
     composition = {"entries": len(values["composition_row"])}
     composition |= {member: array(f"composition_{member}") for member in _COMPOSITION}
+    shift = {member: array(f"shift_{member}") for member in ("stages", "shares", "intervals")}
+    shift["same_rows"] = str(values["shift_same_rows"])
+    blocking = {member: array(f"blocking_{member}") for member in ("block", "share", "part")}
     members = {
         "sizes": f"{{{', '.join(str(size) for size in description.sizes)}}}",
         "tape": tape(""),
@@ -97,6 +103,8 @@ def problem_source(description: Description, name: str = "problem") -> str:
         **{key: str(values[f"{key}_first"]) for key in VECTORS},
         "elimination": struct(elimination),
         "composition": struct(composition),
+        "shift": struct(shift),
+        "blocking": struct(blocking),
         **{key: array(key) for key in ARRAYS},
         "parameters": array("parameter_values"),
     }

@@ -115,11 +115,10 @@ def simulate(
     held[columns] = controller.applied[0]
     recorder = Recorder(controller, plant, seed)
     gc.collect()  # what the set-up left behind would otherwise be collected, and counted, within a step
-    ahead = dt * np.arange(problem.horizon + 1)
     for k, t in enumerate(times):
         measured = observe(state + noise[k], held, parameters[k]).full().ravel()
         estimated = measured if estimate is None else estimate(measured, held[columns])
-        window = as_mapping(reference(t + ahead), "reference(t)")
+        window = as_mapping(reference(t + problem.times), "reference(t)")
         plan = controller.step(estimated, window)
         decided.append(plan.command.values)
         held[columns] = decided.popleft()

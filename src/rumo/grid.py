@@ -1,0 +1,155 @@
+"""Where on the horizon the stages lie, and where on it inputs are free."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rumo.checks import positive_number, whole_number
+from rumo.errors import ArgumentError
+from rumo.signals import Array
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Intervals of a horizon, of any lengths.
+
+    Parameters
+    ----------
+    steps : sequence of float
+        Length of each interval [s].
+    """
+
+    steps: Sequence[float]
+
+    def __post_init__(self) -> None:
+        if isinstance(self.steps, str) or not isinstance(self.steps, Sequence | np.ndarray) or not len(self.steps):
+            raise ArgumentError("steps", repr(self.steps), "a list of interval lengths such as [0.05, 0.05, 0.1]")
+        steps = tuple(positive_number(step, f"steps[{i}]") for i, step in enumerate(self.steps))
+        object.__setattr__(self, "steps", steps)
+
+    @classmethod
+    def uniform(cls, intervals: int, step: float) -> Grid:
+        """Intervals of one length [s]."""
+        return cls.geometric(intervals, step, 1.0)
+
+    @classmethod
+    def geometric(cls, intervals: int, first: float, ratio: float, equal: int = 1) -> Grid:
+        """Intervals that grow.
+
+        Parameters
+        ----------
+        intervals : int
+            Their number N.
+        first : float
+            Length of the first [s].
+        ratio : float
+            Length of each over that of the one before.
+        equal : int
+            Number of intervals at the beginning that are as long as the first; with a delay of d samples, at least
+            d + 1.
+        """
+        intervals, equal = whole_number(intervals, "intervals", 1), whole_number(equal, "equal", 1)
+        first, ratio = positive_number(first, "first"), positive_number(ratio, "ratio")
+        return cls([first * ratio ** max(i + 1 - equal, 0) for i in range(intervals)])
+
+
+@dataclass(frozen=True)
+class MoveBlocks(ABC):
+    """Fewer free inputs than intervals (Cagienard et al., 2007).
+
+    Parameters
+    ----------
+    lengths : sequence of int
+        Intervals in each block; together, all intervals whose input is free: N minus the delay.
+    """
+
+    lengths: Sequence[int]
+
+    def __post_init__(self) -> None:
+        if (
+            isinstance(self.lengths, str)
+            or not isinstance(self.lengths, Sequence | np.ndarray)
+            or not len(self.lengths)
+        ):
+            raise ArgumentError("lengths", repr(self.lengths), "a list of block lengths such as [1, 1, 2, 4]")
+        lengths = tuple(whole_number(length, f"lengths[{i}]", 1) for i, length in enumerate(self.lengths))
+        object.__setattr__(self, "lengths", lengths)
+
+    @abstractmethod
+    def shares(self) -> Array:
+        """For each interval, the share of its block's value in the input; the rest is that of the block before."""
+
+    @abstractmethod
+    def moves(self) -> Array:
+        """For each interval, its input's increment over that of its block's value."""
+
+    @abstractmethod
+    def parts(self) -> Array:
+        """For each interval, the share of its input in the value that stands for its block."""
+
+    @property
+    def trivial(self) -> bool:
+        """Whether each interval is a block."""
+        return all(length == 1 for length in self.lengths)
+
+    @property
+    def block_of(self) -> np.ndarray:
+        """The block of each interval."""
+        return np.repeat(np.arange(len(self.lengths)), self.lengths)
+
+    @property
+    def matrix(self) -> Array:
+        """Inputs over the input before the first block and the blocks' values, shape (intervals, nb + 1)."""
+        matrix, intervals = np.zeros((sum(self.lengths), len(self.lengths) + 1)), np.arange(sum(self.lengths))
+        matrix[intervals, self.block_of + 1] = self.shares()
+        matrix[intervals, self.block_of] = 1.0 - self.shares()
+        return matrix
+
+    def values(self, u: Array) -> Array:
+        """The blocks' values (nb, nu) that stand for inputs (intervals, nu)."""
+        return np.add.reduceat(self.parts()[:, None] * u, self.first)
+
+    @property
+    def first(self) -> np.ndarray:
+        """The first interval of each block."""
+        return np.cumsum((0, *self.lengths[:-1]))
+
+
+class InputBlocks(MoveBlocks):
+    """Inputs stay within a block: they move only where a block begins."""
+
+    def shares(self) -> Array:
+        """All of it."""
+        return np.ones(sum(self.lengths))
+
+    def moves(self) -> Array:
+        """All of it at the beginning of the block."""
+        moves = np.zeros(sum(self.lengths))
+        moves[self.first] = 1.0
+        return moves
+
+    def parts(self) -> Array:
+        """Equal shares."""
+        return np.concatenate([np.full(length, 1.0 / length) for length in self.lengths])
+
+
+class IncrementBlocks(MoveBlocks):
+    """Increments stay within a block: inputs move by the same amount at each of its intervals."""
+
+    def shares(self) -> Array:
+        """A ramp that reaches the block's value at its last interval."""
+        return np.concatenate([np.arange(1, length + 1) / length for length in self.lengths])
+
+    def moves(self) -> Array:
+        """Equal ones."""
+        return np.concatenate([np.full(length, 1.0 / length) for length in self.lengths])
+
+    def parts(self) -> Array:
+        """The last interval's alone."""
+        parts = np.zeros(sum(self.lengths))
+        parts[np.cumsum(self.lengths) - 1] = 1.0
+        return parts
