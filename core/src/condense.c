@@ -11,12 +11,12 @@ typedef struct dims {
     int m, nw, ni;                       /* substeps, unknowns of each; of an interval but its state at the end */
     int explicit_scheme;
     int nb;                              /* blocks of intervals with one free input each */
-    rumo_blocking blocking;
     int n, ld;                           /* free inputs; length of a row of them, padded */
     int rows, width, ldx;                /* rows nx + nz and columns of a stage's (A, B, c); rows, padded */
 } dims;
 
 typedef struct condensed {
+    rumo_blocking held;
     double *stages;       /* (N, nx + nu + 1, ldx): columns of A, B and c */
     double *response;     /* (N, rows, ld): dx and dz over v */
     double *outputs;      /* (N ny, ld): sqrt(2 Q) dy over v */
@@ -39,26 +39,37 @@ typedef struct sparse {
 /* Whether every interval has an input of its own. */
 static inline int unblocked(const dims *s) { return s->nb == s->N - s->d; }
 
-static inline int block_at(const dims *s, int k) { return unblocked(s) ? k - s->d : s->blocking.block[k]; }
+static inline int block_at(const dims *s, const rumo_blocking *held, int k) {
+    return unblocked(s) ? k - s->d : held->block[k];
+}
 
-static inline double share_at(const dims *s, int k) { return unblocked(s) ? 1.0 : s->blocking.share[k]; }
+static inline double share_at(const dims *s, const rumo_blocking *held, int k) {
+    return unblocked(s) ? 1.0 : held->share[k];
+}
 
 /* Free inputs that act on stage k. */
-static inline int inputs_at(const dims *s, int k) { return k < s->d ? 0 : (block_at(s, k) + 1) * s->nu; }
+static inline int inputs_at(const dims *s, const rumo_blocking *held, int k) {
+    return k < s->d ? 0 : (block_at(s, held, k) + 1) * s->nu;
+}
 
 /* First stage on which a block acts. */
-static inline int first_stage(const dims *s, int block) {
+static inline int first_stage(const dims *s, const rumo_blocking *held, int block) {
     int k = s->d + block;
-    while (!unblocked(s) && s->blocking.block[k] < block) ++k;
+    while (!unblocked(s) && held->block[k] < block) ++k;
     return k;
 }
 
+/* Inputs are seldom held: what has to be done then is kept away from what is usual. */
+RARE static void act_on_blocks(const dims *s, const rumo_blocking *held, int k, int j, double value, double *row) {
+    const int own = held->block[k] * s->nu + j;
+    row[own] += held->share[k] * value;
+    if (own >= s->nu) row[own - s->nu] += (1.0 - held->share[k]) * value;
+}
+
 /* Add what input j of stage k, over its range, does to a row over v. */
-static inline void act(const dims *s, int k, int j, double value, double *row) {
-    const int own = block_at(s, k) * s->nu + j;
-    const double share = share_at(s, k);
-    row[own] += share * value;
-    if (share < 1.0 && own >= s->nu) row[own - s->nu] += (1.0 - share) * value;
+static inline void act(const dims *s, const rumo_blocking *held, int k, int j, double value, double *row) {
+    if (unblocked(s)) row[(k - s->d) * s->nu + j] += value;
+    else act_on_blocks(s, held, k, j, value, row);
 }
 
 /* The stages' maps (entries, lanes) to the columns of each stage. */
@@ -85,17 +96,17 @@ static inline void combine(double *restrict row, double scale, const double *res
 }
 
 /* The sparse matrices (Cx, Cu) or (D, E) of stage k times what the free inputs do to (x_i, u_{i-1}). */
-static inline void measure(const dims *s, const condensed *c, const double *restrict terms, int k, int r,
+static WITHIN void measure(const dims *s, const condensed *c, const double *restrict terms, int k, int r,
                            const sparse *of_x, const sparse *of_u, double scale, const double *input_scales,
                            double *restrict row) {
     const double *values = terms + k;
     combine(row, scale, values + (ptrdiff_t)(of_x->first + of_x->start[r]) * s->lanes, s->lanes,
             of_x->column + of_x->start[r], of_x->start[r + 1] - of_x->start[r], c->response + (ptrdiff_t)k * s->rows * s->ld,
-            s->ld, padded(inputs_at(s, k)));
+            s->ld, padded(inputs_at(s, &c->held, k)));
     if (k < s->d) return;
     for (int e = of_u->start[r]; e < of_u->start[r + 1]; ++e) {
         const int j = of_u->column[e];
-        act(s, k, j, scale * values[(ptrdiff_t)(of_u->first + e) * s->lanes] * input_scales[j], row);
+        act(s, &c->held, k, j, scale * values[(ptrdiff_t)(of_u->first + e) * s->lanes] * input_scales[j], row);
     }
 }
 
@@ -111,7 +122,7 @@ static void respond(const dims *s, const sparse *map, const int *end_of_A, const
                     const double *input_scales, int near_stages, condensed *c) {
     for (int k = s->d; k < s->N; ++k) {
         double *now = c->response + (ptrdiff_t)k * s->rows * s->ld;
-        const int before = padded(inputs_at(s, k - 1)), length = padded(inputs_at(s, k));
+        const int before = padded(inputs_at(s, &c->held, k - 1)), length = padded(inputs_at(s, &c->held, k));
         for (int r = 0; r < s->rows; ++r) {
             double *restrict row = now + r * s->ld;
             const double *values = maps + (ptrdiff_t)map->start[r] * s->lanes + k;
@@ -120,7 +131,7 @@ static void respond(const dims *s, const sparse *map, const int *end_of_A, const
                     now - (ptrdiff_t)s->rows * s->ld, s->ld, before);
             for (int e = end_of_A[r]; e < map->start[r + 1]; ++e) {
                 const int j = map->column[e] - s->nx;
-                if (j < s->nu) act(s, k, j, maps[(ptrdiff_t)e * s->lanes + k] * input_scales[j], row);
+                if (j < s->nu) act(s, &c->held, k, j, maps[(ptrdiff_t)e * s->lanes + k] * input_scales[j], row);
             }
         }
     }
@@ -128,7 +139,7 @@ static void respond(const dims *s, const sparse *map, const int *end_of_A, const
     const double *near = c->response + (ptrdiff_t)(near_stages - 1) * s->rows * s->ld;
     for (int r = 0; r < s->nx; ++r) {
         c->reach[r] = sum_of_sizes(last + r * s->ld, s->ld);
-        c->near_reach[r] = sum_of_sizes(near + r * s->ld, padded(inputs_at(s, near_stages - 1)));
+        c->near_reach[r] = sum_of_sizes(near + r * s->ld, padded(inputs_at(s, &c->held, near_stages - 1)));
     }
 }
 
@@ -141,7 +152,7 @@ static void add_up_hessian(const dims *s, const double *restrict move_weights, c
         for (int j = i / LANES * LANES; j < s->ld; j += LANES) {
             double block[ROWS][LANES] = {{0.0}};
             /* Column j and those after it are zero before the stage of input j. */
-            const int first = first_stage(s, j / s->nu < s->nb ? j / s->nu : s->nb - 1) * s->ny;
+            const int first = first_stage(s, &c->held, j / s->nu < s->nb ? j / s->nu : s->nb - 1) * s->ny;
             for (int r = first; r < s->N * s->ny; ++r) {
                 const double *restrict y = c->outputs + (ptrdiff_t)r * s->ld;
                 for (int p = 0; p < ROWS; ++p)

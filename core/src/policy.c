@@ -75,8 +75,11 @@ static int plausible(rumo_controller *c, const double *x) {
 static void shift_plan(rumo_controller *c) {
     const dims *s = &c->s;
     const rumo_shift *shift = &c->problem.shift;
-    for (int k = 0; k < s->N; ++k) copy(c->previous_u + k * s->nu, plan_u(c) + shift->intervals[k] * s->nu, s->nu);
-    for (int k = 0; k <= s->N; ++k) {
+    const int rest = shift->same_rows ? s->N - 1 : 0; /* those before are copied */
+    copy(c->previous_u, plan_u(c) + s->nu, rest * s->nu);
+    copy(c->previous_x, plan_x(c) + s->nx, (rest ? s->N : 0) * s->nx);
+    for (int k = rest; k < s->N; ++k) copy(c->previous_u + k * s->nu, plan_u(c) + shift->intervals[k] * s->nu, s->nu);
+    for (int k = rest ? s->N : 0; k <= s->N; ++k) {
         const double *begin = plan_x(c) + shift->stages[k] * s->nx, *end = begin + s->nx;
         for (int r = 0; r < s->nx; ++r) {
             const double x = begin[r] + shift->shares[k] * (end[r] - begin[r]);

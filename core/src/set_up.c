@@ -1,13 +1,11 @@
 /* Making a controller: one pass over the same calls measures its memory, a second one lays it out. */
 
-static dims dims_of(const rumo_problem *problem) {
-    const rumo_sizes *p = &problem->sizes;
+static dims dims_of(const rumo_sizes *p) {
 #ifdef RUMO_TAILORED
     static const rumo_sizes tailored = {RUMO_SIZES};
     p = &tailored;
 #endif
     dims s;
-    s.blocking = problem->blocking;
     s.N = p->horizon;
     s.d = p->delay;
     s.nx = p->states;
@@ -84,10 +82,7 @@ RARE static void keep_composition(arena *a, rumo_composition *c) {
 RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     c->problem = *p;
     rumo_problem *own = &c->problem;
-    own->blocking.block = keep_ints(a, p->blocking.block, p->sizes.horizon);
-    own->blocking.share = keep_doubles(a, p->blocking.share, p->sizes.horizon);
-    own->blocking.part = keep_doubles(a, p->blocking.part, p->sizes.horizon);
-    const dims s = c->s = dims_of(own);
+    const dims s = c->s = dims_of(&p->sizes);
     const ptrdiff_t np = p->sizes.parameters;
     keep_tape(a, &own->tape);
     keep_tape(a, &own->inner_tape);
@@ -166,6 +161,9 @@ RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     c->end_of_A = take_ints(a, s.rows);
 
     condensed *d = &c->c;
+    d->held.block = keep_ints(a, p->blocking.block, s.N);
+    d->held.share = keep_doubles(a, p->blocking.share, s.N);
+    d->held.part = keep_doubles(a, p->blocking.part, s.N);
     d->stages = take_doubles(a, (ptrdiff_t)s.N * s.width * s.ldx);
     d->response = take_doubles(a, (ptrdiff_t)s.N * s.rows * s.ld);
     d->outputs = take_doubles(a, (ptrdiff_t)s.N * s.ny * s.ld);
@@ -234,7 +232,7 @@ RARE static rumo_controller *create_controller(const rumo_problem *p, const rumo
         const int row = c->q.dense + i;
         c->q.l1[row] = p->l1[i % s->nc];
         c->q.l2[row] = p->l2[i % s->nc];
-        c->q.extent[i] = padded(inputs_at(s, i / s->nc));
+        c->q.extent[i] = padded(inputs_at(s, &c->c.held, i / s->nc));
     }
     configure(c, settings);
     reset_controller(c);

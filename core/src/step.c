@@ -24,9 +24,9 @@ static const double *last_decided(const rumo_controller *c) {
 }
 
 /* Input j of stage k, given the values of blocks and what comes before the first of them. */
-static inline double blocked_input(const dims *s, const double *before, const double *values, int k, int j) {
-    const int own = block_at(s, k) * s->nu + j;
-    const double share = share_at(s, k);
+static inline double blocked_input(const dims *s, const rumo_blocking *held, const double *before, const double *values, int k, int j) {
+    const int own = block_at(s, held, k) * s->nu + j;
+    const double share = share_at(s, held, k);
     return share < 1.0 ? share * values[own] + (1.0 - share) * (own < s->nu ? before[j] : values[own - s->nu])
                        : values[own];
 }
@@ -38,10 +38,10 @@ static void hold_guess(rumo_controller *c) {
     zero(c->guess_values, s->n);
     for (int k = s->d; k < s->N; ++k)
         for (int j = 0; j < s->nu; ++j)
-            c->guess_values[block_at(s, k) * s->nu + j] += s->blocking.part[k] * c->guess_u[k * s->nu + j];
+            c->guess_values[block_at(s, &c->c.held, k) * s->nu + j] += c->c.held.part[k] * c->guess_u[k * s->nu + j];
     for (int k = s->d; k < s->N; ++k)
         for (int j = 0; j < s->nu; ++j)
-            c->guess_u[k * s->nu + j] = blocked_input(s, last_decided(c), c->guess_values, k, j);
+            c->guess_u[k * s->nu + j] = blocked_input(s, &c->c.held, last_decided(c), c->guess_values, k, j);
 }
 
 /* The guess, number k in lane k. */
@@ -56,8 +56,8 @@ static void load_guess(rumo_controller *c) {
 }
 
 /* Linearise all stages at the guess: model, constraints and derivatives, and the unknowns eliminated. */
-static int linearize_stages(rumo_controller *c) {
-    const dims s = dims_of(&c->problem);
+APART static int linearize_stages(rumo_controller *c) {
+    const dims s = dims_of(&c->problem.sizes);
     const rumo_problem *p = &c->problem;
     hold_guess(c);
     load_guess(c);
@@ -114,14 +114,14 @@ static double straying(const rumo_controller *c) {
 
 /* Linearise, eliminate, condense, factor, and take over the working set of the step before, `shift` stages on. */
 static int linearize(rumo_controller *c, int shift) {
-    const dims s = dims_of(&c->problem);
+    const dims s = dims_of(&c->problem.sizes);
     const double *scales = c->problem.input_scales;
     if (!linearize_stages(c)) return 0;
     spread(&s, &c->map, c->map_row, c->maps, c->c.stages);
     respond(&s, &c->map, c->end_of_A, c->maps, scales, gate_stages(&s), &c->c);
     c->straying = straying(c);
     for (int k = s.d; k < s.N; ++k) {
-        const int length = padded(inputs_at(&s, k));
+        const int length = padded(inputs_at(&s, &c->c.held, k));
         for (int i = k * s.ny; i < (k + 1) * s.ny; ++i)
             measure(&s, &c->c, c->terms, k, i - k * s.ny, &c->Cx, &c->Cu, c->c.root_weights[i], scales,
                     c->c.outputs + (ptrdiff_t)i * s.ld);
@@ -169,7 +169,7 @@ static inline double linearised(const rumo_controller *c, int value, int r, cons
 
 /* Gradient and limits of the QP, now that measurement and reference are known. */
 static void set_up_qp(rumo_controller *c, const double *x, const double *reference) {
-    const dims s = dims_of(&c->problem);
+    const dims s = dims_of(&c->problem.sizes);
     const rumo_problem *p = &c->problem;
     qp *q = &c->q;
     const double *last = last_decided(c), *u = c->guess_values;
@@ -178,7 +178,7 @@ static void set_up_qp(rumo_controller *c, const double *x, const double *referen
     for (int i = 0; i < s.d * s.nu; ++i) c->du[i] = c->applied[i] - c->guess_u[i];
     for (int k = s.d; !unblocked(&s) && k < s.N; ++k)
         for (int j = 0; j < s.nu; ++j)
-            c->du[k * s.nu + j] = blocked_input(&s, last, u, k, j) - c->guess_u[k * s.nu + j];
+            c->du[k * s.nu + j] = blocked_input(&s, &c->c.held, last, u, k, j) - c->guess_u[k * s.nu + j];
     zero(c->gradient, s.ld);
     for (int k = 0; k < s.N; ++k) {
         double *dx = c->dx + (ptrdiff_t)(k + 1) * s.ldx;
@@ -193,7 +193,7 @@ static void set_up_qp(rumo_controller *c, const double *x, const double *referen
         for (int r = 0; r < s.ny; ++r) {
             const int i = k * s.ny + r;
             const double error = linearised(c, p->y, r, &c->Cx, &c->Cu, k, dx, du) - reference[(k + 1) * s.ny + r];
-            axpy(c->gradient, c->c.root_weights[i] * error, c->c.outputs + (ptrdiff_t)i * s.ld, padded(inputs_at(&s, k)));
+            axpy(c->gradient, c->c.root_weights[i] * error, c->c.outputs + (ptrdiff_t)i * s.ld, padded(inputs_at(&s, &c->c.held, k)));
         }
     }
     for (int i = 0; i < s.n; ++i) {
@@ -255,13 +255,13 @@ RARE static void take_best(rumo_controller *c) {
 
 /* Inputs, states and slacks of the QP's solution; returns the status it deserves. */
 static rumo_status expand(rumo_controller *c, const double *x, rumo_status status) {
-    const dims s = dims_of(&c->problem);
+    const dims s = dims_of(&c->problem.sizes);
     const double *scale = c->problem.input_scales;
     double *u = plan_u(c), *states = plan_x(c), *slacks = plan_slacks(c);
     for (int i = 0; unblocked(&s) && i < s.n; ++i) c->du[s.d * s.nu + i] = scale[i % s.nu] * c->q.v[i];
     for (int k = s.d; !unblocked(&s) && k < s.N; ++k)
         for (int j = 0; j < s.nu; ++j)
-            c->du[k * s.nu + j] += scale[j] * blocked_input(&s, c->zeros, c->q.v, k, j);
+            c->du[k * s.nu + j] += scale[j] * blocked_input(&s, &c->c.held, c->zeros, c->q.v, k, j);
     for (int i = 0; i < s.N * s.nu; ++i) u[i] = c->guess_u[i] + c->du[i];
     copy(states, x, s.nx);
     int violated = 0;
