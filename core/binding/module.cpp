@@ -148,7 +148,8 @@ rumo_problem problem_from(Description &d) {
 }
 
 rumo_settings settings_from(nb::dict d) {
-    return {nb::cast<int>(d["sqp_iterations"]),  nb::cast<double>(d["sqp_tolerance"]),
+    return {nb::cast<int>(d["sqp_iterations"]),  nb::cast<int>(d["preparation_iterations"]),
+            nb::cast<double>(d["sqp_tolerance"]),
             nb::cast<int>(d["qp_iterations"]),   nb::cast<double>(d["qp_tolerance"]),
             nb::cast<double>(d["qp_seconds"]),   nb::cast<double>(d["gate_width"]),
             nb::cast<int>(d["gate_patience"])};
@@ -165,7 +166,7 @@ public:
         core_ = api_->create(&problem, &chosen, memory_.get());
         const auto &s = sizes_;
         count_ = static_cast<std::size_t>(s.horizon * s.inputs + (s.horizon + 1) * s.states +
-                                          s.horizon * (s.constraints + s.algebraic));
+                                          s.horizon * (s.constraints + s.algebraic) + RUMO_DIAGNOSTIC_COUNT);
     }
 
     void configure(nb::dict settings) {

@@ -178,6 +178,7 @@ typedef struct rumo_problem {
 
 typedef struct rumo_settings {
     int sqp_iterations;
+    int preparation_iterations; /* on the predicted state, before the measurement is known */
     double sqp_tolerance;
     int qp_iterations;     /* changes of the working set per QP */
     double qp_tolerance;   /* of a row, in units of the inputs' ranges */
@@ -186,9 +187,18 @@ typedef struct rumo_settings {
     int gate_patience;     /* consistent implausible samples before they are believed */
 } rumo_settings;
 
+/* What the last of a plan's numbers say; NaN where nothing was solved. */
+typedef enum rumo_diagnostic {
+    RUMO_INTEGRATOR_RESIDUAL, /* Newton correction of the guess onto the dynamics, over the reach of the inputs */
+    RUMO_STEP,                /* largest change of a free input, over its range */
+    RUMO_CONTRACTION,         /* step over that of the iteration before */
+    RUMO_KKT_RESIDUAL,        /* largest slope of the Lagrangian at the guess, over the inputs' ranges */
+    RUMO_DIAGNOSTIC_COUNT
+} rumo_diagnostic;
+
 /* What a step returns; the arrays belong to the controller and stay until its next call. */
 typedef struct rumo_plan {
-    const double *numbers; /* u (N, nu), then x (N + 1, nx), then slacks (N, nc), then z (N, nz) */
+    const double *numbers; /* u (N, nu), x (N + 1, nx), path constraints as linearised (N, nc), z (N, nz), diagnostics */
     int count;
     rumo_status status, cause;
     int iterations;            /* of the QP solver */

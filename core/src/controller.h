@@ -13,9 +13,11 @@ struct rumo_controller {
     double *applied;                    /* (max(d, 1), nu), oldest first */
     double *guess_x, *guess_u;          /* (N + 1, nx), (N, nu) */
     double *guess_values;               /* (nb, nu): of its blocks; the end of guess_u where there are none */
-    double *guess_slacks;               /* (N nc,): of the iteration before, see attempt() */
+    double *guess_rest;                 /* constraints, z, diagnostics of the iteration before, see attempt() */
+    double *last_reference;             /* (N + 1, ny): wanted at the sample before, one sample on */
+    int has_reference;
     double *previous_x, *previous_u;
-    double *numbers;                    /* of the plan: u, x, slacks, z */
+    double *numbers;                    /* of the plan */
     double *inner, *guess_inner, *previous_inner; /* (ni, lanes): other unknowns of the intervals, see inner.c */
     long long counts[RUMO_STATUS_COUNT];
     int implausible, repeats;           /* samples in a row that the gate has held back, and why */
@@ -41,6 +43,7 @@ struct rumo_controller {
     double *du;                         /* (N, nu) */
     double *constraints;                /* (N nc,): path constraints if the inputs stay with the guess */
     double *gradient, *best, *other;    /* (ld,) */
+    double last_step;                   /* largest |v| of the iteration before, NaN if there was none */
     double straying;                    /* of the last guess linearised about, see straying() */
     int settled;                        /* whether guesses have satisfied the dynamics since the last one at rest */
     double prepare_seconds;
@@ -48,8 +51,13 @@ struct rumo_controller {
 
 static inline double *plan_u(const rumo_controller *c) { return c->numbers; }
 static inline double *plan_x(const rumo_controller *c) { return c->numbers + c->s.N * c->s.nu; }
-static inline double *plan_slacks(const rumo_controller *c) { return plan_x(c) + (c->s.N + 1) * c->s.nx; }
-static inline double *plan_z(const rumo_controller *c) { return plan_slacks(c) + c->s.N * c->s.nc; }
+static inline double *plan_constraints(const rumo_controller *c) { return plan_x(c) + (c->s.N + 1) * c->s.nx; }
+static inline double *plan_z(const rumo_controller *c) { return plan_constraints(c) + c->s.N * c->s.nc; }
+static inline double *plan_diagnostics(const rumo_controller *c) { return plan_z(c) + c->s.N * c->s.nz; }
+
+/* Numbers of a plan, and those after u and x. */
+static inline int rest_of_plan(const dims *s) { return s->N * (s->nc + s->nz) + RUMO_DIAGNOSTIC_COUNT; }
+static inline int size_of_plan(const dims *s) { return s->N * s->nu + (s->N + 1) * s->nx + rest_of_plan(s); }
 
 static inline double *results_of(const rumo_controller *c, int substep) {
     return c->results + (c->s.explicit_scheme ? 0 : (ptrdiff_t)substep * c->problem.elimination.entries * c->s.lanes);

@@ -93,12 +93,13 @@ static void shift_plan(rumo_controller *c) {
 static void follow(rumo_controller *c, int solved, rumo_status status, rumo_plan *plan) {
     const dims *s = &c->s;
     const int N = s->N, d = s->d, nx = s->nx, nu = s->nu, decided = d > 1 ? d : 1;
-    double *u = plan_u(c), *x = plan_x(c), *slacks = plan_slacks(c), *last = c->applied + (decided - 1) * nu;
+    double *u = plan_u(c), *x = plan_x(c), *last = c->applied + (decided - 1) * nu;
     plan->cause = status;
     if (solved) {
         c->inputs_left = N - d - 1;
     } else {
-        for (int i = 0; i < N * s->nc; ++i) slacks[i] = NAN;
+        for (int i = 0; i < rest_of_plan(s); ++i) plan_constraints(c)[i] = NAN;
+        c->last_step = NAN;
         if (c->has_previous && c->inputs_left > 0) {
             copy(u, c->previous_u, N * nu);
             copy(x, c->previous_x, (N + 1) * nx);
@@ -107,7 +108,6 @@ static void follow(rumo_controller *c, int solved, rumo_status status, rumo_plan
         } else {
             for (int i = 0; i < N * nu; ++i) u[i] = c->problem.safe_input[i % nu];
             for (int i = 0; i < (N + 1) * nx; ++i) x[i] = NAN;
-            for (int i = 0; i < N * s->nz; ++i) plan_z(c)[i] = NAN;
             status = RUMO_PLAN_EXHAUSTED;
         }
     }

@@ -115,10 +115,11 @@ RARE static void lay_out(arena *a, rumo_controller *c, const rumo_problem *p) {
     c->guess_x = take_doubles(a, (s.N + 1) * s.nx);
     c->guess_u = take_doubles(a, s.N * s.nu);
     c->guess_values = unblocked(&s) ? c->guess_u + s.d * s.nu : take_doubles(a, s.n);
-    c->guess_slacks = take_doubles(a, s.N * s.nc);
+    c->guess_rest = take_doubles(a, rest_of_plan(&s));
+    c->last_reference = take_doubles(a, (s.N + 1) * s.ny);
     c->previous_x = take_doubles(a, (s.N + 1) * s.nx);
     c->previous_u = take_doubles(a, s.N * s.nu);
-    c->numbers = take_doubles(a, s.N * s.nu + (s.N + 1) * s.nx + s.N * (s.nc + s.nz));
+    c->numbers = take_doubles(a, size_of_plan(&s));
     double **const inner[] = {&c->inner, &c->guess_inner, &c->previous_inner};
     for (size_t i = 0; i < sizeof inner / sizeof *inner; ++i) *inner[i] = take_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     c->suspect = take_doubles(a, s.nx);
@@ -207,13 +208,14 @@ static void configure(rumo_controller *c, const rumo_settings *settings) { c->se
 
 RARE static void reset_controller(rumo_controller *c) {
     c->has_guess = c->has_previous = c->prepared = c->inputs_left = c->balanced = 0;
-    c->implausible = c->repeats = c->changes = c->has_last = c->blameless = c->settled = 0;
+    c->implausible = c->repeats = c->changes = c->has_last = c->blameless = c->settled = c->has_reference = 0;
     const int decided = c->s.d > 1 ? c->s.d : 1;
     for (int k = 0; k < decided; ++k) copy(c->applied + k * c->s.nu, c->problem.safe_input, c->s.nu);
     set_parameters(c, c->problem.parameters);
     memset(c->counts, 0, sizeof c->counts);
     clear_members(&c->q);
     c->prepare_seconds = c->straying = 0.0;
+    c->last_step = NAN;
 }
 
 RARE static rumo_controller *create_controller(const rumo_problem *p, const rumo_settings *settings, void *memory) {

@@ -7,6 +7,9 @@
 /* A constraint counts as violated above this share of its scale. */
 #define SLACK_TOLERANCE 1e-6
 
+/* Steps below this share of the inputs' ranges are rounding. */
+#define NO_STEP 1e-12
+
 static void start_guess(rumo_controller *c, const double *x) {
     const dims *s = &c->s;
     const double *last = c->applied + (s->d > 1 ? s->d - 1 : 0) * s->nu;
@@ -15,6 +18,7 @@ static void start_guess(rumo_controller *c, const double *x) {
         c->guess_u[i] = clip(last[i % s->nu], c->problem.input_lower[i % s->nu], c->problem.input_upper[i % s->nu]);
     guess_inner(c, x);
     c->has_guess = c->resting = 1;
+    c->last_step = NAN;
     c->prepared = c->balanced = 0;
     clear_members(&c->q);
 }
@@ -140,19 +144,6 @@ static int linearize(rumo_controller *c, int shift) {
     return 1;
 }
 
-static void prepare(rumo_controller *c) {
-    const double start = seconds_now();
-    if (c->has_guess) c->has_guess = linearize(c, !c->resting);
-    if (c->has_guess) {
-        /* A plan made from a wild measurement would keep misleading its successors. */
-        const int strayed = !(c->straying < STRAYED);
-        c->has_guess = !(c->settled && strayed && !c->resting);
-        c->settled = !strayed;
-    }
-    c->prepared = 1;
-    c->prepare_seconds = seconds_now() - start;
-}
-
 static inline double entry(const rumo_controller *c, const sparse *matrix, int e, int k) {
     return c->terms[(ptrdiff_t)(matrix->first + e) * c->s.lanes + k];
 }
@@ -253,11 +244,11 @@ RARE static void take_best(rumo_controller *c) {
     update_values(&c->q);
 }
 
-/* Inputs, states and slacks of the QP's solution; returns the status it deserves. */
+/* Inputs, states and constraints of the QP's solution; returns the status it deserves. */
 static rumo_status expand(rumo_controller *c, const double *x, rumo_status status) {
     const dims s = dims_of(&c->problem.sizes);
     const double *scale = c->problem.input_scales;
-    double *u = plan_u(c), *states = plan_x(c), *slacks = plan_slacks(c);
+    double *u = plan_u(c), *states = plan_x(c), *constraints = plan_constraints(c);
     for (int i = 0; unblocked(&s) && i < s.n; ++i) c->du[s.d * s.nu + i] = scale[i % s.nu] * c->q.v[i];
     for (int k = s.d; !unblocked(&s) && k < s.N; ++k)
         for (int j = 0; j < s.nu; ++j)
@@ -272,15 +263,36 @@ static rumo_status expand(rumo_controller *c, const double *x, rumo_status statu
         for (int r = 0; r < s.nx; ++r) states[(k + 1) * s.nx + r] = c->guess_x[(k + 1) * s.nx + r] + dx[r];
         for (int r = 0; r < s.nc; ++r) {
             const int i = k * s.nc + r;
-            const double over = c->constraints[i] + (k < s.d ? 0.0 : c->q.value[c->q.dense + i]);
-            slacks[i] = over > 0.0 ? over : 0.0;
-            violated |= slacks[i] > SLACK_TOLERANCE * c->problem.constraint_scales[r] && c->problem.imposed[i];
+            constraints[i] = c->constraints[i] + (k < s.d ? 0.0 : c->q.value[c->q.dense + i]);
+            violated |= constraints[i] > SLACK_TOLERANCE * c->problem.constraint_scales[r] && c->problem.imposed[i];
         }
     }
     expand_inner(c);
-    if (!all_finite(c->numbers, s.N * s.nu + (s.N + 1) * s.nx)) return RUMO_SOLVER_FAILED;
+    if (!all_finite(c->numbers, s.N * s.nu + (s.N + 1) * s.nx + s.N * s.nc)) return RUMO_SOLVER_FAILED;
     if (!all_finite(c->inner, s.ni * s.lanes)) return RUMO_SOLVER_FAILED;
     return status == RUMO_OPTIMAL && violated ? RUMO_SOFT_VIOLATED : status;
+}
+
+/* How far the iteration has come, cheaply: U v is known, and H v = U'(U v). */
+static void diagnose(rumo_controller *c, rumo_status status) {
+    const dims s = dims_of(&c->problem.sizes);
+    double *d = plan_diagnostics(c), largest = 0.0;
+    for (int i = 0; i < s.n; ++i) largest = larger(largest, fabs(c->q.v[i]));
+    d[RUMO_INTEGRATOR_RESIDUAL] = c->straying;
+    d[RUMO_STEP] = largest;
+    d[RUMO_CONTRACTION] = c->last_step > NO_STEP ? largest / c->last_step : NAN;
+    d[RUMO_KKT_RESIDUAL] = NAN;
+    c->last_step = largest;
+    if (status == RUMO_BUDGET_EXCEEDED) return; /* v is not the solver's */
+    double *slope = c->other;
+    zero(slope, s.ld);
+    for (int i = 0; i < s.n; ++i) {
+        const int start = i / LANES * LANES;
+        axpy(slope + start, c->q.w[i], c->c.factor + (ptrdiff_t)i * s.ld + start, s.ld - start);
+    }
+    largest = 0.0;
+    for (int i = 0; i < s.n; ++i) largest = larger(largest, fabs(slope[i]));
+    d[RUMO_KKT_RESIDUAL] = largest;
 }
 
 /* One QP about a prepared guess; SOLVER_FAILED leaves no plan. */
@@ -292,6 +304,7 @@ static rumo_status iterate(rumo_controller *c, const double *x, const double *re
     plan->conflicts = c->q.conflicts;
     if (status == RUMO_SOLVER_FAILED) return status;
     if (status == RUMO_BUDGET_EXCEEDED) take_best(c);
+    diagnose(c, status);
     return expand(c, x, status);
 }
 
@@ -309,10 +322,59 @@ static double change(const rumo_controller *c) {
     return largest;
 }
 
+/* Linearise about the plan next. */
+static void guess_plan(rumo_controller *c) {
+    const dims *s = &c->s;
+    copy(c->guess_u, plan_u(c), s->N * s->nu);
+    copy(c->guess_x, plan_x(c), (s->N + 1) * s->nx);
+    copy(c->guess_rest, plan_constraints(c), rest_of_plan(s));
+    copy(c->guess_inner, c->inner, s->ni * s->lanes);
+}
+
+/* Iterate on the state that is expected at the next sample, and what was wanted at the last. */
+static void advance_guess(rumo_controller *c) {
+    for (int i = 0; c->has_guess && c->has_reference && i < c->settings.preparation_iterations; ++i) {
+        rumo_plan ignored = {0};
+        if (!is_solved(iterate(c, c->guess_x, c->last_reference, &ignored))) return;
+        const int done = change(c) < c->settings.sqp_tolerance;
+        guess_plan(c);
+        c->has_guess = linearize(c, 0);
+        if (done) return;
+    }
+}
+
+static void prepare(rumo_controller *c) {
+    const double start = seconds_now();
+    if (c->has_guess) c->has_guess = linearize(c, !c->resting);
+    if (c->has_guess) {
+        /* A plan made from a wild measurement would keep misleading its successors. */
+        const int strayed = !(c->straying < STRAYED);
+        c->has_guess = !(c->settled && strayed && !c->resting);
+        c->settled = !strayed;
+    }
+    if (c->settings.preparation_iterations > 0) advance_guess(c);
+    c->prepared = 1;
+    c->prepare_seconds = seconds_now() - start;
+}
+
+/* Keep what is wanted, one sample later; the end of it stays. */
+static void keep_reference(rumo_controller *c, const double *reference) {
+    const dims *s = &c->s;
+    const rumo_shift *shift = &c->problem.shift;
+    for (int k = 0; k <= s->N; ++k) {
+        const double *begin = reference + shift->stages[k] * s->ny;
+        const double share = smaller(shift->shares[k], 1.0);
+        for (int r = 0; r < s->ny; ++r)
+            c->last_reference[k * s->ny + r] = begin[r] + share * (begin[s->ny + r] - begin[r]);
+    }
+    c->has_reference = 1;
+}
+
 static rumo_status attempt(rumo_controller *c, const double *x, const double *reference, rumo_plan *plan) {
     const dims *s = &c->s;
     if (!all_finite(x, s->nx)) return RUMO_BAD_MEASUREMENT;
     if (!all_finite(reference, (s->N + 1) * s->ny)) return RUMO_BAD_REFERENCE;
+    if (c->settings.preparation_iterations > 0) keep_reference(c, reference);
     if (!plausible(c, x)) return RUMO_BAD_MEASUREMENT;
     if (!c->has_guess) {
         start_guess(c, x);
@@ -321,18 +383,15 @@ static rumo_status attempt(rumo_controller *c, const double *x, const double *re
     rumo_status status = iterate(c, x, reference, plan);
     for (int i = 1; i < c->settings.sqp_iterations && is_solved(status); ++i) {
         if (change(c) < c->settings.sqp_tolerance) break;
-        copy(c->guess_u, plan_u(c), s->N * s->nu);
-        copy(c->guess_x, plan_x(c), (s->N + 1) * s->nx);
-        copy(c->guess_slacks, plan_slacks(c), s->N * s->nc);
-        copy(c->guess_inner, c->inner, s->ni * s->lanes);
+        guess_plan(c);
         if (!linearize(c, 0)) break;
         const rumo_status better = iterate(c, x, reference, plan);
         if (!is_solved(better)) {
             /* Keep what the iteration before found: it is the guess. */
             copy(plan_u(c), c->guess_u, s->N * s->nu);
             copy(plan_x(c), c->guess_x, (s->N + 1) * s->nx);
-            copy(plan_slacks(c), c->guess_slacks, s->N * s->nc);
-            take_inner(c, c->guess_inner);
+            copy(plan_constraints(c), c->guess_rest, rest_of_plan(s));
+            copy(c->inner, c->guess_inner, s->ni * s->lanes);
             break;
         }
         status = better;
@@ -344,7 +403,7 @@ static void feedback(rumo_controller *c, const double *x, const double *referenc
     if (!c->prepared) prepare(c);
     const double start = seconds_now();
     plan->numbers = c->numbers;
-    plan->count = c->s.N * c->s.nu + (c->s.N + 1) * c->s.nx + c->s.N * (c->s.nc + c->s.nz);
+    plan->count = size_of_plan(&c->s);
     plan->iterations = plan->conflicts = 0;
     plan->conflict = c->q.conflict;
     const rumo_status status = attempt(c, x, reference, plan);

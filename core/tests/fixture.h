@@ -13,16 +13,17 @@ typedef struct fixture {
     const double *x;         /* (samples, nx) */
     const double *reference; /* (samples, N + 1, ny) */
     const double *applied;   /* (samples, max(delay, 1), nu) */
-    const double *numbers;   /* (samples, count): u, x, slacks, z of the reference's plans */
+    const double *numbers;   /* (samples, count): of the reference's plans */
     const int *status;       /* (samples,) */
 } fixture;
 
-static const rumo_settings usual = {1, 1e-9, 1000, 1e-10, (double)INFINITY, 3.0, 8};
+static const rumo_settings usual = {1, 0, 1e-9, 1000, 1e-10, (double)INFINITY, 3.0, 8};
 
 static inline int decided_of(const rumo_sizes *s) { return (s->delay > 1 ? s->delay : 1) * s->inputs; }
 
 static inline int count_of(const rumo_sizes *s) {
-    return s->horizon * s->inputs + (s->horizon + 1) * s->states + s->horizon * (s->constraints + s->algebraic);
+    return s->horizon * s->inputs + (s->horizon + 1) * s->states + s->horizon * (s->constraints + s->algebraic) +
+           RUMO_DIAGNOSTIC_COUNT;
 }
 
 static inline int window_of(const rumo_sizes *s) { return (s->horizon + 1) * s->outputs; }

@@ -28,6 +28,7 @@ static int chance(double probability) { return uniform(0.0, 1.0) < probability; 
 static rumo_settings some_settings(void) {
     rumo_settings s = usual;
     if (chance(0.2)) s.sqp_iterations = 1 + below(4);
+    if (chance(0.2)) s.preparation_iterations = 1 + below(3);
     if (chance(0.2)) s.qp_iterations = below(8);
     if (chance(0.05)) s.qp_seconds = 0.0;
     if (chance(0.3)) s.gate_width = below(2) ? INFINITY : uniform(0.01, 1.0);
@@ -101,22 +102,27 @@ static void check_inputs(const run *r) {
 static void check_numbers(const run *r, int solved) {
     const rumo_problem *p = r->f->problem;
     const int nx = p->sizes.states, nc = p->sizes.constraints, N = p->sizes.horizon;
-    const double *x = r->plan.numbers + N * p->sizes.inputs, *slacks = x + (N + 1) * nx;
+    const double *x = r->plan.numbers + N * p->sizes.inputs, *constraints = x + (N + 1) * nx;
     const rumo_status status = r->plan.status;
     int nan_states = 0, violated = 0;
     for (int i = 0; i < (N + 1) * nx; ++i) nan_states += isnan(x[i]) != 0;
     if (status == RUMO_PLAN_EXHAUSTED) CHECK(nan_states == (N + 1) * nx, "%s: states without a plan", r->f->name);
     else CHECK(all_finite(x, (N + 1) * nx), "%s: states of status %d", r->f->name, (int)status);
-    const double *z = slacks + N * nc;
+    const double *z = constraints + N * nc, *diagnostics = z + N * p->sizes.algebraic;
     int nan_algebraic = 0;
     for (int i = 0; i < N * p->sizes.algebraic; ++i) nan_algebraic += isnan(z[i]) != 0;
-    CHECK(nan_algebraic == (status == RUMO_PLAN_EXHAUSTED ? N * p->sizes.algebraic : 0), "%s: algebraic variables of status %d",
-          r->f->name, (int)status);
+    CHECK(nan_algebraic == (status == RUMO_PLAN_EXHAUSTED ? N * p->sizes.algebraic : 0),
+          "%s: algebraic variables of status %d", r->f->name, (int)status);
+    for (int i = 0; i < RUMO_DIAGNOSTIC_COUNT; ++i) {
+        const int known = solved && i != RUMO_CONTRACTION && (i != RUMO_KKT_RESIDUAL || status != RUMO_BUDGET_EXCEEDED);
+        CHECK(known ? diagnostics[i] >= 0.0 : solved || isnan(diagnostics[i]), "%s: diagnostic %d is %g", r->f->name, i,
+              diagnostics[i]);
+    }
     if (solved) CHECK(memcmp(x, r->x, (size_t)nx * sizeof *x) == 0, "%s: first state", r->f->name);
     for (int i = 0; i < N * nc; ++i) {
-        if (solved) CHECK(slacks[i] >= 0.0, "%s: slack %g", r->f->name, slacks[i]);
-        else CHECK(isnan(slacks[i]), "%s: slack %g without a solution", r->f->name, slacks[i]);
-        violated |= solved && p->imposed[i] && slacks[i] > 1e-6 * p->constraint_scales[i % nc];
+        CHECK(isnan(constraints[i]) == !solved, "%s: constraint %g of status %d", r->f->name, constraints[i],
+              (int)status);
+        violated |= solved && p->imposed[i] && constraints[i] > 1e-6 * p->constraint_scales[i % nc];
     }
     if (status == RUMO_OPTIMAL) CHECK(!violated, "%s: optimal, but violated", r->f->name);
     if (status == RUMO_SOFT_VIOLATED) CHECK(violated, "%s: not violated", r->f->name);

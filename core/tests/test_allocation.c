@@ -74,6 +74,7 @@ int main(void) {
     printf("no steps without memory\n"); /* the stream's buffer, before anything counts */
     rumo_settings several = usual, hurried = usual, timed = usual, open = usual;
     several.sqp_iterations = 4;
+    several.preparation_iterations = 2;
     hurried.qp_iterations = 1;
     timed.qp_seconds = 0.0;
     open.gate_width = INFINITY;

@@ -58,17 +58,53 @@ class Violation:
         return f"{self.constraint} at stage {self.stage}: {100.0 * self.share:.2g} % over"
 
 
-class PlanLayout:
-    """Where the parts of a plan lie in its numbers: inputs (N, nu), states (N + 1, nx), slacks (N, nc), z (N, nz)."""
+@dataclass(frozen=True)
+class Diagnostics:
+    """How far a controller that linearises has come; NaN where nothing was solved, or there is nothing to compare with.
 
-    def __init__(self, problem: Problem) -> None:
+    Attributes
+    ----------
+    integrator_residual : float
+        Largest Newton correction of the guess onto the discretised dynamics, of each state over what all inputs' ranges
+        can do to it.
+    integrated : bool
+        Whether that is below the controller's tolerance.
+    step : float
+        Largest change of a free input from the guess to the plan, over its range.
+    contraction : float
+        That over the same of the iteration before: below 1 the iteration converges, as far as samples allow.
+    kkt_residual : float
+        Largest slope of the Lagrangian at the guess, in units of the cost per range of an input.
+    """
+
+    integrator_residual: float
+    integrated: bool
+    step: float
+    contraction: float
+    kkt_residual: float
+
+
+DIAGNOSTICS = ("integrator_residual", "step", "contraction", "kkt_residual")
+"""Those that are numbers, in the order of `rumo_diagnostic` in rumo_core.h."""
+INTEGRATOR_TOLERANCE = 0.01
+
+
+class PlanLayout:
+    """Where the parts of a plan lie in its numbers.
+
+    Inputs (N, nu), states (N + 1, nx), path constraints (N, nc), algebraic variables (N, nz), diagnostics (4,).
+    """
+
+    def __init__(self, problem: Problem, integrator_tolerance: float = INTEGRATOR_TOLERANCE) -> None:
         self.problem = problem
+        self.integrator_tolerance = integrator_tolerance
         N, model = problem.horizon, problem.model
         self.shapes = (
             (N, len(model.inputs)),
             (N + 1, len(model.states)),
             (N, len(problem.constraints)),
             (N, len(model.algebraic)),
+            (1, len(DIAGNOSTICS)),
         )
         ends = np.cumsum([rows * columns for rows, columns in self.shapes]).tolist()
         self.parts = [slice(start, end) for start, end in zip([0, *ends], ends, strict=False)]
@@ -137,12 +173,23 @@ class Plan:
         return NamedArray(self._layout.problem.model.algebraic, self._part(3))
 
     @property
-    def slacks(self) -> NamedArray:
-        """Amount by which each path constraint is violated at stages 1 to N (N, nc).
+    def constraints(self) -> NamedArray:
+        """Path constraints at stages 1 to N (N, nc), violated above 0.
 
         As linearised where the controller linearises; NaN where nothing was solved.
         """
         return NamedArray(self._layout.problem.constraint_names, self._part(2))
+
+    @property
+    def slacks(self) -> NamedArray:
+        """Amount by which each path constraint is violated at stages 1 to N (N, nc); NaN where nothing was solved."""
+        return NamedArray(self._layout.problem.constraint_names, np.maximum(self._part(2), 0.0))
+
+    @property
+    def diagnostics(self) -> Diagnostics:
+        """Integrator residual, step, contraction and KKT residual of the last iteration."""
+        numbers = dict(zip(DIAGNOSTICS, self._part(4)[0].tolist(), strict=True))
+        return Diagnostics(integrated=numbers["integrator_residual"] <= self._layout.integrator_tolerance, **numbers)
 
     @property
     def timings(self) -> Timings:
@@ -152,7 +199,7 @@ class Plan:
     @property
     def violations(self) -> list[Violation]:
         """Violated path constraints, the largest share of its scale first; empty where nothing was solved."""
-        problem, slacks = self._layout.problem, self._part(2)
+        problem, slacks = self._layout.problem, self.slacks.values
         shares = slacks / problem.constraint_scales
         found = [
             Violation(problem.constraints[j].name, int(k) + 1, float(slacks[k, j]), float(shares[k, j]))

@@ -214,10 +214,10 @@ class Transcription:
         algebraic = inner[:, : len(self.problem.model.algebraic)]
         return self._path(np.hstack([x[1:], algebraic]).T, u.T, self.given(parameters).T).full().T
 
-    def advance(self, x: Array, u: Array, interval: int = 0) -> tuple[Array, Array]:
+    def advance(self, x: Array, u: Array, p: Array | None = None) -> tuple[Array, Array]:
         """The unknowns w (nw,) of an interval that begins at x (nx,) with input u (nu,), and their derivatives by x.
 
-        By Newton's method from a guess at rest.
+        By Newton's method from a guess at rest; p is a row of `given()`, the first interval's if left out.
 
         Raises
         ------
@@ -225,9 +225,9 @@ class Transcription:
             If the linearised equations are singular or give no finite numbers.
         """
         w, sensitivity = np.r_[x, self.inner_between(x, x)], np.zeros((self.unknowns, len(x)))
-        p = self.given(self.problem.parameters)[interval]
+        given = self.given(self.problem.parameters)[0] if p is None else p
         for _ in range(NEWTON_ITERATIONS):
-            phi, A0, M = (value.full() for value in self._newton(w, x, u, p))
+            phi, A0, M = (value.full() for value in self._newton(w, x, u, given))
             solved = np.linalg.solve(M, np.hstack([A0, phi]))
             sensitivity, correction = solved[:, :-1], solved[:, -1]
             w = w + correction

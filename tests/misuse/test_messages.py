@@ -338,9 +338,18 @@ def test_options(make, message):
         make()
 
 
-def test_sqp_iterations():
-    with pytest.raises(rumo.ArgumentError, match="sqp_iterations: got 0, expected a whole number of at least 1"):
-        rumo.RealTimeIteration(pendulum(), sqp_iterations=0)
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"sqp_iterations": 0}, "sqp_iterations: got 0, expected a whole number of at least 1"),
+        ({"preparation_iterations": -1}, "preparation_iterations: got -1, expected a whole number of at least 0"),
+        ({"tolerance": -1.0}, "tolerance: got -1.0, expected a number of at least 0"),
+        ({"integrator_tolerance": np.nan}, "integrator_tolerance: got nan, expected a number of at least 0"),
+    ],
+)
+def test_iterations(options, message):
+    with pytest.raises(rumo.ArgumentError, match=message):
+        rumo.RealTimeIteration(pendulum(), **options)
 
 
 SIMULATION_MISTAKES = {

@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rumo.checks import as_numbers, checked
+from rumo.controllers.explanation import Explanation, explain, local_error
 from rumo.controllers.gate import WIDE_GATE, InnovationGate
 from rumo.discretization import Discretization
 from rumo.errors import ArgumentError, ShapeError, UnknownNameError
 from rumo.plan import Plan, PlanLayout
 from rumo.problem import Problem
-from rumo.signals import Array, Values
+from rumo.signals import Array, NamedArray, Values
 from rumo.status import Status
 from rumo.transcription import Transcription
 
@@ -124,6 +125,17 @@ class Controller(ABC):
         CallOrderError
             If `prepare()` was not called since the last feedback.
         """
+
+    def explain(self, plan: Plan) -> Explanation:
+        """What limits a plan of this controller: stiffness, active and violated constraints, convergence.
+
+        Takes milliseconds: it estimates the local error too.
+        """
+        return explain(self.transcription, plan, self.parameters)
+
+    def local_error(self, plan: Plan) -> NamedArray:
+        """Error of each interval of a plan (N, nx), estimated by one with twice as many substeps."""
+        return local_error(self.transcription, plan, self.parameters)
 
     @property
     def _reference_signals(self) -> tuple[str, ...]:

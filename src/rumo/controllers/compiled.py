@@ -143,6 +143,7 @@ class CompiledRti(RealTimeIteration):
         gate = self.gate
         return Settings(
             sqp_iterations=self.sqp_iterations,
+            preparation_iterations=self.preparation_iterations,
             sqp_tolerance=self.tolerance,
             qp_iterations=self.qp.max_iterations,
             qp_tolerance=self.qp.tolerance,

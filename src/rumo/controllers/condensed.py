@@ -14,6 +14,9 @@ from rumo.controllers.qp import QpOptions, QuadraticProgram, solve
 from rumo.signals import Array
 from rumo.status import Status
 
+# Steps below this share of the inputs' ranges are rounding.
+NO_STEP = 1e-12
+
 
 class CondensedController(PolicyController):
     """One linearisation and one QP, about whatever trajectory the subclass chooses."""
@@ -21,6 +24,7 @@ class CondensedController(PolicyController):
     qp: QpOptions
     _condensed: Condensed | None = None
     _about: Trajectory
+    _last_step = np.nan  # largest |v| of the iteration before
 
     def _reach(self) -> Array | None:
         return None if self._condensed is None else self._condensed.reach_until(gate_stages(self.problem))
@@ -64,7 +68,25 @@ class CondensedController(PolicyController):
         trajectory = Trajectory(guess.u + du, states, inner)
         # As linearised: a stiff model's constraints at states that satisfy the dynamics to first order say nothing.
         constraints = (condensed.g_known @ known + condensed.g_free @ v).reshape(problem.horizon, -1)
-        return self._assess(trajectory, constraints, status)
+        return self._assess(trajectory, constraints, status, self._diagnostics(condensed, v, status))
+
+    def _diagnostics(self, condensed: Condensed, v: Array, status: Status) -> Array:
+        """See `Diagnostics`. The Lagrangian's slope at the guess is H v, since it is none at v."""
+        step = float(np.abs(v).max())
+        contraction = step / self._last_step if self._last_step > NO_STEP else np.nan
+        slope = float(np.abs(condensed.hessian @ v).max()) if status is Status.OPTIMAL else np.nan
+        self._last_step = step if np.isfinite(step) else np.nan
+        return np.array([condensed.straying, step, contraction, slope])
+
+    def _start_guess(self, x: Array) -> Trajectory:
+        self._last_step = np.nan
+        return super()._start_guess(x)
+
+    def _attempt(self, x: Array, window: dict[str, Array]) -> tuple[Candidate | None, Status]:
+        candidate, status = super()._attempt(x, window)
+        if candidate is None:
+            self._last_step = np.nan
+        return candidate, status
 
     def _optimize(self, program: QuadraticProgram) -> tuple[Array, Status]:
         return solve(program, self.qp)

@@ -15,7 +15,7 @@ from rumo.checks import positive_number, whole_number
 from rumo.controllers.condensing import condense, eliminate
 from rumo.controllers.fallback import Trajectory
 from rumo.controllers.gate import WIDE_GATE, InnovationGate, gate_stages
-from rumo.controllers.policy import Candidate, PolicyController
+from rumo.controllers.policy import UNKNOWN, Candidate, PolicyController
 from rumo.discretization import Discretization
 from rumo.errors import RumoError
 from rumo.problem import Problem
@@ -229,7 +229,7 @@ class DirectNlp(PolicyController):
         if out_of_budget and not self._admissible(trajectory, excess):
             self._multipliers = None
             unknown = replace(trajectory, u=np.full_like(u, np.nan))
-            return Candidate(unknown, np.full((N, len(problem.constraints)), np.nan), status)
+            return Candidate(unknown, np.full((N, len(problem.constraints)), np.nan), status, UNKNOWN)
         self._multipliers = result["lam_x"].full().ravel(), result["lam_g"].full().ravel()
         constraints = self.transcription.path_constraints(trajectory.x, u, trajectory.inner, self._parameters)
         return self._assess(trajectory, constraints, status)

@@ -17,22 +17,25 @@ from rumo.controllers.fallback import Shift, Trajectory, admissible
 from rumo.controllers.gate import WIDE_GATE, Gatekeeper, InnovationGate, gate_stages
 from rumo.discretization import Discretization
 from rumo.errors import CallOrderError
-from rumo.plan import SLACK_TOLERANCE, Plan
+from rumo.plan import DIAGNOSTICS, SLACK_TOLERANCE, Plan
 from rumo.problem import Problem
 from rumo.signals import Array, Values
 from rumo.status import Status
 
+UNKNOWN: Array = np.full(len(DIAGNOSTICS), np.nan)
+
 
 @dataclass(frozen=True)
 class Candidate:
-    """What a solver proposes: a trajectory, slacks (N, nc), and how far the solver got.
+    """What a solver proposes: a trajectory, path constraints (N, nc), how far the solver got, and its `DIAGNOSTICS`.
 
     The trajectory is NaN where the solver has nothing to propose.
     """
 
     trajectory: Trajectory
-    slacks: Array
+    constraints: Array
     status: Status
+    diagnostics: Array
 
 
 class PolicyController(Controller):
@@ -122,13 +125,14 @@ class PolicyController(Controller):
         self._counts[plan.status] += 1
         return plan
 
-    def _assess(self, trajectory: Trajectory, constraints: Array, status: Status) -> Candidate:
+    def _assess(
+        self, trajectory: Trajectory, constraints: Array, status: Status, diagnostics: Array = UNKNOWN
+    ) -> Candidate:
         """A solver's result, its status lowered to SOFT_VIOLATED where imposed constraints (N, nc) exceed 0."""
-        slacks = np.maximum(constraints, 0.0)
-        violated = slacks > SLACK_TOLERANCE * self.problem.constraint_scales
+        violated = constraints > SLACK_TOLERANCE * self.problem.constraint_scales
         if status is Status.OPTIMAL and violated[self.transcription.imposed].any():
             status = Status.SOFT_VIOLATED
-        return Candidate(trajectory, slacks, status)
+        return Candidate(trajectory, constraints, status, diagnostics)
 
     @abstractmethod
     def _prepare(self, guess: Trajectory) -> bool:
@@ -160,7 +164,8 @@ class PolicyController(Controller):
         candidate = self._solve(x, window, guess)
         if candidate is None:
             return None, Status.SOLVER_FAILED
-        if candidate.trajectory.finite and candidate.status is not Status.SOLVER_FAILED:
+        finite = candidate.trajectory.finite and bool(np.isfinite(candidate.constraints).all())
+        if finite and candidate.status is not Status.SOLVER_FAILED:
             return candidate, candidate.status
         return None, Status.SOLVER_FAILED if candidate.status.solved else candidate.status
 
@@ -170,12 +175,12 @@ class PolicyController(Controller):
         N, d = problem.horizon, problem.delay
         decided = self._applied[:d]
         cause = status
-        slacks = np.full((N, len(problem.constraints)), np.nan)
+        constraints, diagnostics = np.full((N, len(problem.constraints)), np.nan), UNKNOWN
         states = np.full((N + 1, len(problem.model.states)), np.nan)
         inner = np.full((N, len(self.transcription.inner_signals)), np.nan)
         if candidate is not None:
             wanted, states, inner = candidate.trajectory.u[d:], candidate.trajectory.x, candidate.trajectory.inner
-            slacks = candidate.slacks
+            constraints, diagnostics = candidate.constraints, candidate.diagnostics
             self._inputs_left = N - d - 1
         elif self._previous is not None and self._inputs_left > 0:
             wanted, states, inner = self._previous.u[d:], self._previous.x, self._previous.inner
@@ -196,7 +201,7 @@ class PolicyController(Controller):
         self._blameless = candidate is None and (self._blameless or (fruitless and at_rest))
         self._guess = None if fruitless and not self._blameless else self._previous
         algebraic = inner[:, : len(problem.model.algebraic)]
-        numbers = np.concatenate([u.ravel(), states.ravel(), slacks.ravel(), algebraic.ravel()])
+        numbers = np.concatenate([part.ravel() for part in (u, states, constraints, algebraic, diagnostics)])
         return Plan(self._layout, numbers, status, cause, self._prepare_time, perf_counter() - start)
 
     def _start_guess(self, x: Array) -> Trajectory:

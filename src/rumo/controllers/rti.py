@@ -13,6 +13,7 @@ from rumo.controllers.gate import WIDE_GATE, InnovationGate
 from rumo.controllers.qp import QpOptions
 from rumo.discretization import Discretization
 from rumo.errors import ArgumentError, UnknownNameError
+from rumo.plan import INTEGRATOR_TOLERANCE
 from rumo.problem import Problem
 from rumo.recording import missing_operation
 
@@ -43,9 +44,14 @@ class RealTimeIteration(Controller):
     sqp_iterations : int
         Linearisations and QPs per step; 1 is the real-time iteration, more is sequential quadratic
         programming with full steps.
+    preparation_iterations : int
+        Iterations in each preparation, on the state predicted for the next sample and with the reference of the last:
+        the advanced-step real-time iteration (Nurkanovic et al., 2019). Feedback takes no longer for them.
     tolerance : float
         With more than one iteration, stop when no input changes by more than this share of its range, and no state by
         more than this share of how far the inputs can move it.
+    integrator_tolerance : float
+        Up to which integrator residual `plan.diagnostics` says that the dynamics are integrated.
     qp : QpOptions, optional
         Limits and accuracy of the QP solver.
     gate : InnovationGate, optional
@@ -89,16 +95,20 @@ class RealTimeIteration(Controller):
         discretization: Discretization | None = None,
         *,
         sqp_iterations: int = 1,
+        preparation_iterations: int = 0,
         tolerance: float = 1e-9,
+        integrator_tolerance: float = INTEGRATOR_TOLERANCE,
         qp: QpOptions | None = None,
         gate: InnovationGate | None = WIDE_GATE,
         backend: str = "auto",
     ) -> None:
         self._requested = requested(backend)
         self.sqp_iterations = whole_number(sqp_iterations, "sqp_iterations", 1)
+        self.preparation_iterations = whole_number(preparation_iterations, "preparation_iterations", 0)
         self.tolerance = non_negative_number(tolerance, "tolerance")
         self.qp = qp or QpOptions()
         super().__init__(problem, discretization, gate=gate)
+        self._layout.integrator_tolerance = non_negative_number(integrator_tolerance, "integrator_tolerance")
 
     # What users see is how to make one, not how a class is chosen.
     __signature__ = inspect.Signature(list(inspect.signature(__init__).parameters.values())[1:])

@@ -13,8 +13,8 @@ class Settings:
 
     Attributes
     ----------
-    sqp_iterations, sqp_tolerance
-        Linearisations per step, and the change below which they end early.
+    sqp_iterations, preparation_iterations, sqp_tolerance
+        Linearisations per step, iterations before the measurement, and the change below which both end early.
     qp_iterations, qp_tolerance, qp_seconds
         Changes of the working set, accuracy of a row in units of the ranges, time.
     gate_width, gate_patience
@@ -22,6 +22,7 @@ class Settings:
     """
 
     sqp_iterations: int = 1
+    preparation_iterations: int = 0
     sqp_tolerance: float = 1e-9
     qp_iterations: int = 1000
     qp_tolerance: float = 1e-10

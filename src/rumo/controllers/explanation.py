@@ -1,0 +1,173 @@
+"""What limits a plan, in words: stiffness, constraints, convergence; and how accurate its prediction is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from rumo.plan import SLACK_TOLERANCE, Plan
+from rumo.problem import Problem
+from rumo.signals import Array, NamedArray
+from rumo.transcription import Transcription
+
+RK4_LIMIT = 2.785
+"""Largest |lambda| dt at which RK4 is stable for a decaying mode."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Printed, it is a few sentences.
+
+    Attributes
+    ----------
+    stiffness : ndarray, shape (N,)
+        Largest |lambda| dt of each interval, lambda the eigenvalues of the model at its end; NaN without a prediction.
+    active : dict of str to list of int
+        Limits that the plan keeps to exactly, and at which stages.
+    violated : dict of str to list of int
+        Path constraints that it violates, and at which stages.
+    sentences : tuple of str
+        What is printed.
+    """
+
+    stiffness: Array
+    active: dict[str, list[int]]
+    violated: dict[str, list[int]]
+    sentences: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return "\n".join(self.sentences)
+
+
+def explain(transcription: Transcription, plan: Plan, parameters: Array) -> Explanation:
+    """What limits a plan, made with parameters (N, np_)."""
+    problem, scheme = transcription.problem, transcription.discretization
+    outcome = plan.status.value if plan.status is plan.cause else f"{plan.status.value} {plan.cause.value}"
+    predicted = np.isfinite(plan.x.values).all()
+    stiffness = _stiffness(problem, plan, parameters) if predicted else np.full(problem.horizon, np.nan)
+    active = _stages(_active(problem, plan))
+    violated = _stages((violation.constraint, violation.stage) for violation in plan.violations)
+    sentences = [f"Outcome: {outcome}"]
+    if predicted:
+        stage = int(np.argmax(stiffness)) + 1
+        needed = max(int(np.ceil(stiffness.max() / RK4_LIMIT)), 1)
+        sentences.append(
+            f"Stiffness: |lambda| dt is up to {stiffness.max():.2g}, at stage {stage}; RK4 would need {needed} "
+            f"{'steps' if needed > 1 else 'step'} in that interval, {type(scheme).__name__} takes {scheme.substeps}."
+        )
+        sentences.append(_integration(transcription, plan, parameters))
+    sentences.append(f"At limits: {_listed(active)}.")
+    sentences.append(f"Violated: {_listed(violated)}.")
+    if np.isfinite(plan.diagnostics.step):
+        sentences.append(_convergence(plan))
+    return Explanation(stiffness, active, violated, tuple(sentences))
+
+
+def local_error(transcription: Transcription, plan: Plan, parameters: Array) -> NamedArray:
+    """Error of each interval alone, from the plan's state at its beginning, estimated with twice as many substeps.
+
+    Shape (N, nx); NaN where nothing was predicted, or the equations could not be solved. Source: Hairer, Norsett and
+    Wanner (1993), ch. II.4 (Richardson extrapolation).
+    """
+    problem, scheme = transcription.problem, transcription.discretization
+    finer = Transcription(problem, replace(scheme, substeps=2 * scheme.substeps))
+    share = 2.0**scheme.order / (2.0**scheme.order - 1.0)
+    errors = np.full((problem.horizon, len(problem.model.states)), np.nan)
+    for k in range(problem.horizon if np.isfinite(plan.x.values).all() else 0):
+        x, u, nx = plan.x.values[k], plan.u.values[k], errors.shape[1]
+        try:
+            coarse, fine = (each.advance(x, u, each.given(parameters)[k])[0][:nx] for each in (transcription, finer))
+            errors[k] = share * (coarse - fine)
+        except np.linalg.LinAlgError:
+            continue
+    return NamedArray(problem.model.states, errors)
+
+
+def _stiffness(problem: Problem, plan: Plan, parameters: Array) -> Array:
+    """Largest |lambda| dt of each interval (N,), algebraic variables eliminated."""
+    model, nx = problem.model, len(problem.model.states)
+    arguments: list[Any] = [model.xz, model.u, model.p]
+    equations = ca.vertcat(model.f(*arguments), model.g(*arguments))
+    jacobian = ca.Function("jacobian", arguments, [ca.jacobian(equations, model.xz)])
+    largest = np.empty(problem.horizon)
+    for k, (x, z, u, p) in enumerate(zip(plan.x.values[1:], plan.z.values, plan.u.values, parameters, strict=True)):
+        J = jacobian(np.r_[x, z], u, p).full()
+        reduced = J[:nx, :nx] - J[:nx, nx:] @ np.linalg.solve(J[nx:, nx:], J[nx:, :nx])
+        largest[k] = np.abs(np.linalg.eigvals(reduced)).max() * problem.steps[k]
+    return largest
+
+
+def _active(problem: Problem, plan: Plan) -> Iterator[tuple[str, int]]:
+    """Limits that a plan keeps to exactly: name and stage."""
+    d, near, u = problem.delay, SLACK_TOLERANCE * problem.input_scales, plan.u.values
+    moves = np.diff(u, axis=0, prepend=np.full((1, u.shape[1]), np.nan))
+    limits = (
+        ("at its lower bound", u, problem.input_lower),
+        ("at its upper bound", u, problem.input_upper),
+        ("moves as fast down as it may", moves, problem.move_lower),
+        ("moves as fast up as it may", moves, problem.move_upper),
+    )
+    for words, values, limit in limits:
+        for k, j in np.argwhere(np.abs(values[d:] - limit) <= near):
+            yield f"{problem.model.inputs.names[j]} {words}", int(k) + d + 1
+    for k, j in np.argwhere(np.abs(plan.constraints.values) <= SLACK_TOLERANCE * problem.constraint_scales):
+        yield problem.constraints[j].name, int(k) + 1
+
+
+def _integration(transcription: Transcription, plan: Plan, parameters: Array) -> str:
+    """How accurate the prediction is."""
+    errors = np.abs(local_error(transcription, plan, parameters).values)
+    span = np.ptp(plan.x.values, axis=0)
+    relative = errors / np.where(span > 0.0, span, np.inf)
+    if not np.isfinite(relative).all():
+        return "Integration: the local error could not be estimated."
+    k, j = np.unravel_index(np.argmax(relative), relative.shape)
+    states, diagnostics = transcription.problem.model.states, plan.diagnostics
+    amount = f"{errors[k, j]:.2g} {states.units[j]}".removesuffix(" 1")
+    words = (
+        f"Integration: an interval's own error is largest in {states.names[j]}, {amount} at stage {k + 1}, "
+        f"{100.0 * relative[k, j]:.2g} % of the state's range in the plan"
+    )
+    if np.isnan(diagnostics.integrator_residual):
+        return f"{words}."
+    within = "within" if diagnostics.integrated else "above"
+    distance = f"{diagnostics.integrator_residual:.2g} of the inputs' reach from the dynamics"
+    return f"{words}; the guess was {distance}, {within} tolerance."
+
+
+def _convergence(plan: Plan) -> str:
+    """How far the iteration has come."""
+    diagnostics = plan.diagnostics
+    words = f"Convergence: the last step was {diagnostics.step:.2g} of the inputs' ranges"
+    if np.isfinite(diagnostics.contraction):
+        words += f", {diagnostics.contraction:.2g} times the one before"
+    return f"{words}; KKT residual {diagnostics.kkt_residual:.2g}."
+
+
+def _stages(found: Iterator[tuple[str, int]]) -> dict[str, list[int]]:
+    """Stages by name."""
+    stages: dict[str, list[int]] = {}
+    for name, stage in found:
+        stages.setdefault(name, []).append(stage)
+    return {name: sorted(each) for name, each in stages.items()}
+
+
+def _listed(stages: dict[str, list[int]]) -> str:
+    """Names and stages in words."""
+    return "; ".join(f"{name} ({_ranges(each)})" for name, each in stages.items()) or "nothing"
+
+
+def _ranges(stages: list[int]) -> str:
+    """Stages in ascending order, those in a row as a range."""
+    parts: list[list[int]] = []
+    for stage in stages:
+        if parts and stage == parts[-1][-1] + 1:
+            parts[-1].append(stage)
+        else:
+            parts.append([stage])
+    words = ", ".join(str(part[0]) if len(part) == 1 else f"{part[0]} to {part[-1]}" for part in parts)
+    return f"stages {words}" if len(stages) > 1 else f"stage {words}"

@@ -1,0 +1,120 @@
+"""Diagnostics and iterations in the preparation: all backends alike, and what they are said to be."""
+
+import numpy as np
+import pytest
+from problems import car, pendulum
+from test_backends import CASES, EXACT, PENALTY, assert_same, drive
+
+import rumo
+from rumo.controllers.condensing import eliminate
+from rumo.plan import DIAGNOSTICS
+
+ITERATIONS = {
+    "rti": {},
+    "sqp": {"sqp_iterations": 3},
+    "advanced": {"preparation_iterations": 2},
+    "both": {"preparation_iterations": 1, "sqp_iterations": 2},
+}
+
+
+def numbers(plan):
+    return np.array([getattr(plan.diagnostics, name) for name in DIAGNOSTICS])
+
+
+@pytest.mark.parametrize("settings", ITERATIONS.values(), ids=ITERATIONS)
+@pytest.mark.parametrize("name", CASES)
+def test_portable_equals_reference(name, settings):
+    problem, x, reference = CASES[name](16, 1, PENALTY)
+    controllers = [
+        rumo.RealTimeIteration(problem, rumo.Radau2(), qp=EXACT, backend=backend, **settings)
+        for backend in ("reference", "portable")
+    ]
+    for first, second in drive(controllers, problem, x, reference):
+        assert_same(problem, first, second, 1e-7)
+        np.testing.assert_allclose(numbers(second), numbers(first), rtol=1e-4, atol=1e-9)
+        assert first.diagnostics.integrated == second.diagnostics.integrated
+
+
+def test_residual_is_the_newton_correction_of_the_guess():
+    problem, x, window = car()
+    controller = rumo.RealTimeIteration(problem, backend="reference")
+    for _ in range(2):
+        plan = controller.step(x, window)
+    about, stages = (
+        controller._about,
+        controller.transcription.linearize(
+            controller._about.x, controller._about.u, controller._about.inner, problem.parameters
+        ),
+    )
+    assert about.x is not plan.x.values
+    correction = np.abs(eliminate(stages)[2][:-1]).max(axis=0)
+    reach = controller._condensed.reach
+    expected = max(c / r for c, r in zip(correction, reach, strict=True) if r > 0.0)
+    assert plan.diagnostics.integrator_residual == pytest.approx(expected)
+    strict = rumo.RealTimeIteration(problem, integrator_tolerance=0.5 * expected)
+    for _ in range(2):
+        plan = strict.step(x, window)
+    assert not plan.diagnostics.integrated
+
+
+def test_a_linear_model_is_solved_in_one_step():
+    problem = pendulum()
+    controller = rumo.RealTimeIteration(problem, sqp_iterations=2, tolerance=0.0)
+    diagnostics = controller.step([0.3, -0.2], {"angle": 0.1}).diagnostics
+    assert diagnostics.step < 1e-12
+    assert diagnostics.contraction < 1e-10
+    assert diagnostics.kkt_residual < 1e-10
+
+
+def test_kkt_residual_of_an_unconstrained_problem_is_the_gradient():
+    """By central differences of the cost along the linear model, one free input at a time."""
+    problem = pendulum(bounds={})
+    controller, x, target = rumo.RealTimeIteration(problem), np.array([0.3, -0.2]), 0.4
+    plan = controller.step(x, {"angle": target})
+
+    def cost(u):
+        state, total = x, 0.0
+        for k in range(problem.horizon):
+            state = controller.transcription.advance(state, u[k])[0][:2]
+            total += problem.output_weights[k, 0] * (state[0] - target) ** 2
+            move = u[k] - (u[k - 1] if k else 0.0)
+            total += problem.move_weights[k, 0] * move[0] ** 2 if k >= problem.delay else 0.0
+        return total
+
+    guess = np.zeros((problem.horizon, 1))  # at rest with the safe input
+    slopes = []
+    for k in range(problem.delay, problem.horizon):
+        change = np.zeros_like(guess)
+        change[k] = 1e-4
+        slopes.append((cost(guess + change) - cost(guess - change)) / 2e-4 * problem.input_scales[0])
+    assert plan.diagnostics.kkt_residual == pytest.approx(np.abs(slopes).max(), rel=1e-6)
+    assert plan.diagnostics.step == pytest.approx(np.abs(plan.u.values[problem.delay :]).max() / 4.0)
+    assert np.isnan(plan.diagnostics.contraction)
+
+
+def test_unknown_without_a_solution():
+    controller = rumo.RealTimeIteration(pendulum())
+    controller.step([0.3, -0.2], {"angle": 0.1})
+    plan = controller.step([np.nan, 0.0], {"angle": 0.1})
+    assert np.isnan(numbers(plan)).all()
+    assert not plan.diagnostics.integrated
+    assert np.isnan(numbers(rumo.DirectNlp(pendulum()).step([0.3, -0.2], {"angle": 0.1}))).all()
+
+
+def test_iterations_in_the_preparation_bring_the_plan_nearer_to_the_solution():
+    """The reference stands still, so that all that a preparation assumes comes true, and what is left is Newton's."""
+    problem, x, window = car()
+    wanted = {name: np.full(problem.horizon + 1, values[0]) for name, values in window.items()} | {"p_x": 3.0}
+    errors = {}
+    for iterations in (0, 1, 3):
+        controller = rumo.RealTimeIteration(problem, preparation_iterations=iterations, qp=EXACT)
+        converged = rumo.RealTimeIteration(problem, sqp_iterations=50, tolerance=1e-12, qp=EXACT)
+        state, worst = np.array(x), []
+        for _ in range(4):
+            converged.reset(applied=controller.applied)
+            target, plan = converged.step(state, wanted), controller.step(state, wanted)
+            worst.append(np.abs((plan.u.values - target.u.values) / problem.input_scales).max())
+            state = controller.transcription.advance(state, plan.u.values[0])[0]
+        errors[iterations] = max(worst[1:])
+    assert errors[1] < 0.3 * errors[0]
+    assert errors[3] < 0.1 * errors[1]
