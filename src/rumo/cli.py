@@ -63,6 +63,12 @@ def bench(
     scenario: Annotated[str, typer.Option(help="Which drive: easy (8 m/s) or limit (12 m/s).")] = "easy",
     sweep: Annotated[bool, typer.Option("--sweep", help="Horizons 15, 30, 50, 100 and both drives.")] = False,
     controllers: Annotated[str | None, typer.Option(help="Which, comma-separated; all that work if not given.")] = None,
+    scheme: Annotated[
+        str | None,
+        typer.Option(
+            help="Discretisation schemes, comma-separated: NAME or NAME:SUBSTEPS, or all, instead of controllers."
+        ),
+    ] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="File for the figures.")] = None,
 ) -> None:
     """Measure how long a step takes: one recorded drive, replayed through every controller."""
@@ -71,8 +77,11 @@ def bench(
         from rumo.bench.qp_solvers import installed, measure_solvers, record_programs
         from rumo.bench.report import percentile_table, solver_summary, solver_table, sweep_table
         from rumo.bench.runners import available
+        from rumo.bench.schemes import schemes_of
+        from rumo.registry import DISCRETIZATIONS
 
-        names = available() if controllers is None else [name.strip() for name in controllers.split(",")]
+        chosen = list(DISCRETIZATIONS) if scheme == "all" else _words(scheme)
+        names = (available() if not chosen else []) if controllers is None else _words(controllers)
         for name in names:
             if name not in available():
                 raise UnknownNameError("--controllers", name, available())
@@ -81,14 +90,14 @@ def bench(
         if json_file is not None:
             _writable(json_file.parent)
         names = list(dict.fromkeys(["rti", *names]))
-        alone = not sweep and controllers is None
+        alone = not sweep and controllers is None and not chosen
         cases = [(drive, N) for drive in SCENARIOS for N in (15, 30, 50, 100)] if sweep else [(scenario, horizon)]
         runs: list[dict[str, Any]] = []
         with _progress() as progress:
             task = progress.add_task("replay", total=len(cases))
             for drive, N in cases:
                 recording = record(drive, N, steps)
-                runs.append(summary(measure(recording, names), N, drive))
+                runs.append(summary(measure(recording, names, schemes_of(chosen, recording)), N, drive))
                 if alone:
                     solved = measure_solvers(record_programs(recording), installed())
                     runs[-1]["qp_solvers"] = solver_summary(solved)
@@ -196,6 +205,10 @@ def faults(
         for name, outcomes in content["controllers"].items():
             _print(faults_table(outcomes), label(name))
         Console().print(f"Report: {page}", soft_wrap=True, highlight=False)
+
+
+def _words(text: str | None) -> list[str]:
+    return [word.strip() for word in text.split(",")] if text else []
 
 
 @contextmanager

@@ -194,6 +194,14 @@ class Model:
             "Add it to the model's outputs if it is an expression.",
         )
 
+    def jacobian(self) -> Any:
+        """`(xz, u, p) -> J` (nx, nx), the derivative of xdot by x, algebraic variables eliminated."""
+        arguments: list[Any] = [self.xz, self.u, self.p]
+        by_x, by_z = ca.jacobian(self.f(*arguments), self.x), ca.jacobian(self.f(*arguments), self.z)
+        g_x, g_z = ca.jacobian(self.g(*arguments), self.x), ca.jacobian(self.g(*arguments), self.z)
+        J = by_x - by_z @ ca.solve(g_z, g_x) if len(self.algebraic) else by_x
+        return ca.Function("jacobian", arguments, [ca.densify(J)], ["x", "u", "p"], ["J"])
+
     def unit(self, name: str) -> str:
         """Unit of any signal."""
         for signals in self.signals:

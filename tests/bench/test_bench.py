@@ -10,6 +10,7 @@ import rumo
 from rumo.bench import SCENARIOS, measure, record, summary
 from rumo.bench.qp_solvers import installed, measure_solvers, record_programs
 from rumo.bench.report import solver_summary, solver_table
+from rumo.bench.schemes import schemes_of
 from rumo.cli import app
 
 PHASES = {"prepare_us", "feedback_us", "total_us"}
@@ -103,3 +104,40 @@ def test_wrong_options_say_what_is_right(option, value, words):
     outcome = CliRunner().invoke(app, ["bench", option, value])
     assert outcome.exit_code == 2
     assert words in outcome.output
+
+
+def test_schemes_by_name(recording):
+    schemes = schemes_of(["radau2", "implicit-euler:3", "rk4:60", "explicit-euler"], recording)
+    assert list(schemes)[:3] == ["radau2", "implicit-euler:3", "rk4:60"]
+    assert schemes["implicit-euler:3"] == rumo.ImplicitEuler(substeps=3)
+    # As many as the fastest wheel mode on the drive needs: some 1e5 1/s over 0.04 s, at most 2 per step.
+    (name,) = list(schemes)[3:]
+    assert 1000 < schemes[name].substeps < 5000
+    assert name == f"explicit-euler:{schemes[name].substeps}"
+    times = measure(recording, ["rti"], {key: schemes[key] for key in ("radau2", "rk4:60")})
+    assert list(times) == ["rti", "radau2", "rk4:60"]
+    assert all(values.shape == (120, 2) and np.isfinite(values).all() for values in times.values())
+
+
+@pytest.mark.parametrize(
+    ("scheme", "message"),
+    [
+        ("radau4", "--scheme: got 'radau4', expected one of implicit-euler"),
+        ("rk4:many", "--scheme: got 'rk4:many', expected NAME or NAME:SUBSTEPS"),
+        ("rk4:0", "substeps of rk4: got 0, expected a whole number of at least 1"),
+    ],
+)
+def test_unknown_schemes(scheme, message):
+    result = CliRunner().invoke(app, ["bench", "--steps", "100", "--horizon", "2", "--scheme", scheme])
+    assert result.exit_code == 2
+    assert message in " ".join(result.output.split())
+
+
+def test_command_with_schemes(tmp_path):
+    file = tmp_path / "schemes.json"
+    command = ["bench", "--steps", "100", "--horizon", "3", "--scheme", "radau2, sdirk2", "--json", str(file)]
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code == 0, result.output
+    content = json.loads(file.read_text())
+    assert list(content["controllers"]) == ["rti", "radau2", "sdirk2"]
+    assert "qp_solvers" not in content

@@ -1,32 +1,17 @@
 """What schemes do to a mode of rate lambda, against what they declare."""
 
-import casadi as ca
 import numpy as np
 import pytest
 
+from rumo.discretization.stability import growth as growth_of
+from rumo.discretization.stability import stable_substeps
 from rumo.registry import DISCRETIZATIONS
 
 FAST = -1e6
 
 
 def growth(name, product):
-    """End over beginning after one step of `xdot = lambda x`, for complex lambda times step."""
-    # Two real states are one complex one.
-    scheme, a, b = DISCRETIZATIONS[name](), product.real, product.imag
-    xz, u, p = ca.SX.sym("x", 2), ca.SX.sym("u"), ca.SX.sym("p", 0)
-    rate = ca.vertcat(a * xz[0] - b * xz[1], b * xz[0] + a * xz[1])
-
-    class Mode:
-        f = ca.Function("f", [xz, u, p], [rate])
-        g = ca.Function("g", [xz, u, p], [ca.SX(0, 1)])
-
-    inner = ca.SX.sym("e", len(scheme.inner(2, 0)))
-    end = ca.SX.sym("end", 2)
-    phi = scheme.residual(Mode, end, inner, ca.SX([1.0, 0.0]), u, p, 1.0)
-    unknowns = ca.vertcat(end, inner)
-    M, c = ca.Function("linear", [], [ca.jacobian(phi, unknowns), ca.substitute(phi, unknowns, 0)])().values()
-    x, y = np.linalg.solve(M.full(), -c.full())[:2, 0]
-    return complex(x, y)
+    return growth_of(DISCRETIZATIONS[name](), [product])[0]
 
 
 @pytest.mark.parametrize("name", DISCRETIZATIONS)
@@ -45,7 +30,7 @@ def test_fast_modes(name):
 def test_a_stability(name):
     imaginary = [abs(growth(name, complex(0.0, y))) for y in np.r_[0.01, 0.1:20.0:0.37, 1e2, 1e4]]
     left = [abs(growth(name, complex(x, y))) for x in (-0.1, -3.0, -50.0) for y in (0.0, 1.0, 30.0)]
-    assert (max(*imaginary, *left) <= 1.0 + 1e-9) is DISCRETIZATIONS[name].a_stable
+    assert bool(max(*imaginary, *left) <= 1.0 + 1e-9) is DISCRETIZATIONS[name].a_stable
 
 
 @pytest.mark.parametrize("name", DISCRETIZATIONS)
@@ -62,3 +47,33 @@ def test_declared(name):
     assert not (scheme.explicit and scheme.a_stable)
     assert scheme.__doc__
     assert scheme.__doc__.splitlines()[0].endswith(".")
+
+
+def test_stability_functions_in_closed_form():
+    z = 0.7 * np.exp(2.3j)
+    closed = {
+        "implicit-euler": 1.0 / (1.0 - z),
+        "explicit-euler": 1.0 + z,
+        "implicit-midpoint": (1.0 + z / 2.0) / (1.0 - z / 2.0),
+        "trapezoidal": (1.0 + z / 2.0) / (1.0 - z / 2.0),
+        "rk4": 1.0 + z + z**2 / 2.0 + z**3 / 6.0 + z**4 / 24.0,
+        # Hairer and Wanner (1996), table IV.3.1 and (IV.3.30): Pade approximants.
+        "gauss2": (1.0 + z / 2.0 + z**2 / 12.0) / (1.0 - z / 2.0 + z**2 / 12.0),
+        "radau2": (1.0 + z / 3.0) / (1.0 - 2.0 * z / 3.0 + z**2 / 6.0),
+        "radau3": (1.0 + 2.0 * z / 5.0 + z**2 / 20.0) / (1.0 - 3.0 * z / 5.0 + 3.0 * z**2 / 20.0 - z**3 / 60.0),
+    }
+    for name, value in closed.items():
+        assert growth(name, z) == pytest.approx(value, rel=1e-12), name
+
+
+@pytest.mark.parametrize(("name", "limit"), [("explicit-euler", 2.0), ("rk4", 2.785293563405282)])
+def test_substeps_of_explicit_schemes(name, limit):
+    for product in (0.5, 30.0, 4.4e4):
+        scheme = DISCRETIZATIONS[name]()
+        assert stable_substeps(scheme, [-product + 0.0j, 5.0 + 0.0j]) == int(np.ceil(product / limit))
+
+
+def test_implicit_schemes_need_no_substeps_and_undamped_modes_few():
+    assert stable_substeps(DISCRETIZATIONS["radau2"](), [FAST + 0.0j]) == 1
+    # A mode that hardly decays: explicit Euler needs |1 + z / m| <= 1.
+    assert stable_substeps(DISCRETIZATIONS["explicit-euler"](), [-0.1 + 2.0j]) == 21

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib.util import find_spec
 from time import perf_counter_ns
 from typing import TYPE_CHECKING
@@ -15,6 +15,7 @@ import numpy as np
 from rumo.bench.recording import Recording
 from rumo.controllers import Controller, DirectNlp, RealTimeIteration
 from rumo.controllers.compiled import CompiledRti
+from rumo.discretization import Discretization
 from rumo.problem import Problem
 from rumo.signals import Array
 
@@ -29,14 +30,17 @@ LAPS, LAP_SECONDS = 5, 0.5
 SLOW = ("rti-reference", "nlp")
 SLOW_STEPS = 500
 """Samples that slow controllers replay at most, and once."""
+MANY_SUBSTEPS = 50
+"""With more substeps a scheme is slow too."""
 
 
-def _core(recording: Recording, backend: str) -> Array:
+def _core(recording: Recording, backend: str, scheme: Discretization | None = None) -> Array:
     """The C core by itself: the loop over samples is in C, and so is the clock."""
-    controller = RealTimeIteration(recording.problem, backend=backend)
+    controller = RealTimeIteration(recording.problem, scheme, backend=backend)
     if not isinstance(controller, CompiledRti):
         return _python(controller, recording)
-    return 1e6 * controller.replay(recording.x, recording.reference, recording.applied)
+    steps = SLOW_STEPS if scheme and scheme.substeps > MANY_SUBSTEPS else len(recording)
+    return 1e6 * controller.replay(recording.x[:steps], recording.reference[:steps], recording.applied[:steps])
 
 
 def _python(controller: Controller, recording: Recording, steps: int | None = None) -> Array:
@@ -78,7 +82,9 @@ def _acados(recording: Recording, integrator: str) -> Array:
     return best
 
 
-RUNNERS: dict[str, Callable[[Recording], Array]] = {
+Runner = Callable[[Recording], Array]
+
+RUNNERS: dict[str, Runner] = {
     "rti": lambda recording: _core(recording, "auto"),
     "rti-python": lambda recording: _python(RealTimeIteration(recording.problem), recording),
     "rti-tailored": lambda recording: _core(recording, "tailored"),
@@ -98,24 +104,35 @@ def available() -> list[str]:
     return [name for name in RUNNERS if acados or not name.startswith("acados")]
 
 
-def measure(recording: Recording, names: list[str]) -> dict[str, Array]:
-    """Times of each runner in microseconds: each sample's median over the replays."""
-    replays: dict[str, list[Array]] = {name: [] for name in names}
-    fast, others = [name for name in names if name in FAST], [name for name in names if name not in FAST]
+def measure(
+    recording: Recording, names: list[str], schemes: Mapping[str, Discretization] | None = None
+) -> dict[str, Array]:
+    """Times of each runner in microseconds: each sample's median over the replays.
+
+    Schemes are run by the default backend, under their own names.
+    """
+    runners = {name: RUNNERS[name] for name in names}
+    slow: set[str] = set(SLOW)
+    fast: set[str] = set(FAST)
+    for name, scheme in (schemes or {}).items():
+        runners[name] = partial(_core, backend="auto", scheme=scheme)
+        (slow if scheme.substeps > MANY_SUBSTEPS else fast).add(name)
+    replays: dict[str, list[Array]] = {name: [] for name in runners}
+    quick, others = [name for name in runners if name in fast], [name for name in runners if name not in fast]
     for turn in range(ROUNDS):
-        _take_turns([name for name in others if turn == 0 or name not in SLOW], recording, replays)
+        _take_turns({name: runners[name] for name in others if turn == 0 or name not in slow}, recording, replays)
         for _ in range(LAPS):
             start = perf_counter_ns()
-            _take_turns(fast, recording, replays)
+            _take_turns({name: runners[name] for name in quick}, recording, replays)
             if perf_counter_ns() - start > 1e9 * LAP_SECONDS:
                 break
     return {name: np.median(times, axis=0) for name, times in replays.items()}
 
 
-def _take_turns(names: list[str], recording: Recording, replays: dict[str, list[Array]]) -> None:
-    for name in names:
+def _take_turns(runners: Mapping[str, Runner], recording: Recording, replays: dict[str, list[Array]]) -> None:
+    for name, run in runners.items():
         with _quiet():
-            replays[name].append(RUNNERS[name](recording))
+            replays[name].append(run(recording))
 
 
 @contextmanager

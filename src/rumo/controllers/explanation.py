@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from rumo.plan import SLACK_TOLERANCE, Plan
@@ -89,15 +87,9 @@ def local_error(transcription: Transcription, plan: Plan, parameters: Array) -> 
 
 def _stiffness(problem: Problem, plan: Plan, parameters: Array) -> Array:
     """Largest |lambda| dt of each interval (N,), algebraic variables eliminated."""
-    model, nx = problem.model, len(problem.model.states)
-    arguments: list[Any] = [model.xz, model.u, model.p]
-    equations = ca.vertcat(model.f(*arguments), model.g(*arguments))
-    jacobian = ca.Function("jacobian", arguments, [ca.jacobian(equations, model.xz)])
-    largest = np.empty(problem.horizon)
+    jacobian, largest = problem.model.jacobian(), np.empty(problem.horizon)
     for k, (x, z, u, p) in enumerate(zip(plan.x.values[1:], plan.z.values, plan.u.values, parameters, strict=True)):
-        J = jacobian(np.r_[x, z], u, p).full()
-        reduced = J[:nx, :nx] - J[:nx, nx:] @ np.linalg.solve(J[nx:, nx:], J[nx:, :nx])
-        largest[k] = np.abs(np.linalg.eigvals(reduced)).max() * problem.steps[k]
+        largest[k] = np.abs(np.linalg.eigvals(jacobian(np.r_[x, z], u, p).full())).max() * problem.steps[k]
     return largest
 
 
