@@ -55,6 +55,8 @@ static double seconds_now(void) {
 #include "inner.c"
 #include "policy.c"
 #include "set_up.c"
+#include "linearize.c"
+#include "iterate.c"
 #include "step.c"
 #ifndef RUMO_TAILORED
 #include "program.c"

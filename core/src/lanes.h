@@ -48,6 +48,15 @@ static inline double dot(const double *restrict x, const double *restrict y, int
     return sum_of_lanes(s);
 }
 
+/* Largest |x|, over a length that is a multiple of LANES. */
+static inline double largest_size(const double *x, int length) {
+    double s[LANES] = {0.0}, largest = 0.0;
+    for (int j = 0; j < length; j += LANES)
+        for (int l = 0; l < LANES; ++l) s[l] = fabs(x[j + l]) > s[l] ? fabs(x[j + l]) : s[l];
+    for (int l = 0; l < LANES; ++l) largest = s[l] > largest ? s[l] : largest;
+    return largest;
+}
+
 static inline void zero(double *x, int length) { memset(x, 0, (size_t)length * sizeof *x); }
 
 static inline void copy(double *restrict to, const double *restrict from, int length) {

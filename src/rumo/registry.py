@@ -4,22 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from rumo import discretization as schemes
 from rumo.controllers import Controller, DirectNlp, LinearTimeVarying, RealTimeIteration
-from rumo.discretization import (
-    Bdf2,
-    Discretization,
-    ExplicitEuler,
-    Gauss2,
-    ImplicitEuler,
-    ImplicitMidpoint,
-    Radau2,
-    Radau3,
-    Rk4,
-    Sdirk2,
-    Trapezoidal,
-)
 from rumo.model import Model
-from rumo.textbook import cart_pendulum, robertson_dae, robertson_reactor, van_de_vusse_reactor
+from rumo.textbook import cart_pendulum, robertson_dae, robertson_reactor, van_de_vusse_reactor, van_der_pol
 from rumo.vehicles import PAPER_CAR, dynamic_bicycle, four_wheel
 
 MODELS: dict[str, Callable[[], Model]] = {
@@ -29,20 +17,21 @@ MODELS: dict[str, Callable[[], Model]] = {
     "robertson_reactor": robertson_reactor,
     "robertson_dae": robertson_dae,
     "van_de_vusse_reactor": van_de_vusse_reactor,
+    "van_der_pol": van_der_pol,
 }
 """Model factories; the vehicles with the paper's parameters."""
 
-DISCRETIZATIONS: dict[str, type[Discretization]] = {
-    "implicit-euler": ImplicitEuler,
-    "implicit-midpoint": ImplicitMidpoint,
-    "trapezoidal": Trapezoidal,
-    "bdf2": Bdf2,
-    "sdirk2": Sdirk2,
-    "radau2": Radau2,
-    "radau3": Radau3,
-    "gauss2": Gauss2,
-    "explicit-euler": ExplicitEuler,
-    "rk4": Rk4,
+DISCRETIZATIONS: dict[str, type[schemes.Discretization]] = {
+    "implicit-euler": schemes.ImplicitEuler,
+    "implicit-midpoint": schemes.ImplicitMidpoint,
+    "trapezoidal": schemes.Trapezoidal,
+    "bdf2": schemes.Bdf2,
+    "sdirk2": schemes.Sdirk2,
+    "radau2": schemes.Radau2,
+    "radau3": schemes.Radau3,
+    "gauss2": schemes.Gauss2,
+    "explicit-euler": schemes.ExplicitEuler,
+    "rk4": schemes.Rk4,
 }
 """Discretisation schemes by their short names."""
 

@@ -16,6 +16,7 @@ NATURAL = {
     "cart_pendulum": {"angle": 0.3, "speed": 0.1},
     "robertson_reactor": {"a": 0.8, "b": 2e-5, "c": 0.2},
     "robertson_dae": {"a": 0.8, "b": 2e-5, "c": 0.2},
+    "van_der_pol": {"position": 1.5, "speed": -1.2},
     "van_de_vusse_reactor": {"c_a": 2.14, "c_b": 1.09, "temperature": 114.2, "jacket": 112.9},
 }
 

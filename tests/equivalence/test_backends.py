@@ -100,6 +100,19 @@ def of_van_de_vusse(horizon, delay, penalty):
     return problem, [2.14, 1.09, 114.2, 112.9], {"c_b": 1.11}
 
 
+def of_van_der_pol(horizon, delay, penalty):
+    problem = rumo.Problem(
+        MODELS["van_der_pol"](),
+        horizon=horizon,
+        sampling_time=0.02,
+        delay=delay,
+        track={"position": rumo.Weight(1.0)},
+        moves={"force": rumo.Weight(0.1)},
+        bounds={"force": (-1.0, 1.0), "position": rumo.Bounds(lower=1.45, penalty=penalty)},
+    )
+    return problem, [1.6, -1.02], {"position": 1.5}
+
+
 CASES = {
     "dynamic_bicycle": of_bicycle,
     "four_wheel": of_four_wheel,
@@ -107,6 +120,7 @@ CASES = {
     "robertson_reactor": of_robertson,
     "robertson_dae": of_robertson_dae,
     "van_de_vusse_reactor": of_van_de_vusse,
+    "van_der_pol": of_van_der_pol,
 }
 SCHEMES = {name: scheme() for name, scheme in DISCRETIZATIONS.items()} | {
     "3 implicit-euler": rumo.ImplicitEuler(substeps=3),

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
 from rumo.simulation import Plant
-from rumo.textbook import cart_pendulum, robertson_reactor, van_de_vusse_reactor
+from rumo.textbook import cart_pendulum, robertson_dae, robertson_reactor, van_de_vusse_reactor, van_der_pol
 
 
 def advance(model, x, duration, step, u=None, p=None):
@@ -136,3 +136,17 @@ def test_upright_is_unstable_with_the_closed_form_eigenvalue():
 def test_hanging_swings_with_the_closed_form_frequency():
     eigenvalues = np.linalg.eigvals(jacobian(cart_pendulum(), {"angle": np.pi}))
     assert np.max(eigenvalues.imag) == pytest.approx(np.sqrt((CART + BOB) * GRAVITY / (CART * LENGTH)))
+
+
+def test_robertson_dae_is_the_same_reaction():
+    x, duration = {"a": 0.9, "b": 2e-5, "c": 0.09998}, 20.0
+    whole = advance(robertson_reactor(), x, duration, 1.0, u={"dilution": 0.01})[-1]
+    reduced = advance(robertson_dae(), {"a": 0.9, "b": 2e-5}, duration, 1.0, u={"dilution": 0.01})[-1]
+    np.testing.assert_allclose(reduced, whole[:2], rtol=1e-4)
+
+
+def test_van_der_pol_reaches_the_published_states():
+    states = advance(van_der_pol(), {"position": 2.0, "speed": -0.66}, 2.0, 1.0)
+    # Hairer and Wanner (1996), ch. IV.10: reference solutions at t = 1 and 2.
+    np.testing.assert_allclose(states[1], [-1.863646254808130, 0.7535430865435460], rtol=1e-4)
+    np.testing.assert_allclose(states[2], [1.706167732170456, -0.8928097010248257], rtol=1e-4)
