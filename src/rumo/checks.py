@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -43,6 +43,13 @@ def as_numbers(value: object, argument: str) -> NDArray[np.floating[Any]]:
         return np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         raise ShapeError(argument, repr(value), "numbers") from None
+
+
+def as_list(value: object, argument: str, expected: str) -> list[Any]:
+    """`value`, an array or a sequence that is no text, as a list with something in it."""
+    if isinstance(value, str) or not isinstance(value, Sequence | np.ndarray) or not len(value):
+        raise ArgumentError(argument, repr(value), expected)
+    return list(value)
 
 
 def as_mapping(value: object, argument: str) -> dict[str, Any]:

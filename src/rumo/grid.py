@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rumo.checks import positive_number, whole_number
-from rumo.errors import ArgumentError
+from rumo.checks import as_list, positive_number, whole_number
 from rumo.signals import Array
 
 
@@ -26,9 +25,8 @@ class Grid:
     steps: Sequence[float]
 
     def __post_init__(self) -> None:
-        if isinstance(self.steps, str) or not isinstance(self.steps, Sequence | np.ndarray) or not len(self.steps):
-            raise ArgumentError("steps", repr(self.steps), "a list of interval lengths such as [0.05, 0.05, 0.1]")
-        steps = tuple(positive_number(step, f"steps[{i}]") for i, step in enumerate(self.steps))
+        listed = as_list(self.steps, "steps", "a list of interval lengths such as [0.05, 0.05, 0.1]")
+        steps = tuple(positive_number(step, f"steps[{i}]") for i, step in enumerate(listed))
         object.__setattr__(self, "steps", steps)
 
     @classmethod
@@ -70,13 +68,8 @@ class MoveBlocks(ABC):
     lengths: Sequence[int]
 
     def __post_init__(self) -> None:
-        if (
-            isinstance(self.lengths, str)
-            or not isinstance(self.lengths, Sequence | np.ndarray)
-            or not len(self.lengths)
-        ):
-            raise ArgumentError("lengths", repr(self.lengths), "a list of block lengths such as [1, 1, 2, 4]")
-        lengths = tuple(whole_number(length, f"lengths[{i}]", 1) for i, length in enumerate(self.lengths))
+        listed = as_list(self.lengths, "lengths", "a list of block lengths such as [1, 1, 2, 4]")
+        lengths = tuple(whole_number(length, f"lengths[{i}]", 1) for i, length in enumerate(listed))
         object.__setattr__(self, "lengths", lengths)
 
     @abstractmethod
@@ -90,11 +83,6 @@ class MoveBlocks(ABC):
     @abstractmethod
     def parts(self) -> Array:
         """For each interval, the share of its input in the value that stands for its block."""
-
-    @property
-    def trivial(self) -> bool:
-        """Whether each interval is a block."""
-        return all(length == 1 for length in self.lengths)
 
     @property
     def block_of(self) -> np.ndarray:
@@ -112,6 +100,10 @@ class MoveBlocks(ABC):
     def values(self, u: Array) -> Array:
         """The blocks' values (nb, nu) that stand for inputs (intervals, nu)."""
         return np.add.reduceat(self.parts()[:, None] * u, self.first)
+
+    def _equally(self) -> Array:
+        """For each interval, one over the length of its block."""
+        return np.repeat(1.0 / np.array(self.lengths), self.lengths)
 
     @property
     def first(self) -> np.ndarray:
@@ -134,7 +126,7 @@ class InputBlocks(MoveBlocks):
 
     def parts(self) -> Array:
         """Equal shares."""
-        return np.concatenate([np.full(length, 1.0 / length) for length in self.lengths])
+        return self._equally()
 
 
 class IncrementBlocks(MoveBlocks):
@@ -146,7 +138,7 @@ class IncrementBlocks(MoveBlocks):
 
     def moves(self) -> Array:
         """Equal ones."""
-        return np.concatenate([np.full(length, 1.0 / length) for length in self.lengths])
+        return self._equally()
 
     def parts(self) -> Array:
         """The last interval's alone."""

@@ -95,9 +95,9 @@ class PlanLayout:
     Inputs (N, nu), states (N + 1, nx), path constraints (N, nc), algebraic variables (N, nz), diagnostics (4,).
     """
 
-    def __init__(self, problem: Problem, integrator_tolerance: float = INTEGRATOR_TOLERANCE) -> None:
+    def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        self.integrator_tolerance = integrator_tolerance
+        self.integrator_tolerance = INTEGRATOR_TOLERANCE
         N, model = problem.horizon, problem.model
         self.shapes = (
             (N, len(model.inputs)),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -121,17 +122,27 @@ class Transcription:
         self._terms = self._linearised(phi, w, x, u, given)
         self._arguments = [end[:nx], x, u, given, ca.vertcat(end[nx:], e)]
         self.imposed = self._influenced()
-
-        symbol: Any = ca.MX if self.interval.is_a("MXFunction") else ca.SX
-        arguments: list[Any] = [
-            symbol.sym(name, self.interval.size1_in(i)) for i, name in enumerate(("w", "x", "u", "p"))
-        ]
-        terms = self._linearised(self.interval(*arguments), *arguments)
-        self._shapes = {name: term.shape[:1] if name in VECTORS else term.shape for name, term in terms.items()}
-        packed = ca.densify(ca.vertcat(*(ca.vec(ca.densify(term)) for term in terms.values())))
-        self._stages = ca.Function("stage", arguments, [packed]).map(problem.horizon)
-        self._newton = ca.Function("newton", arguments, [terms["defect"], terms["A0"], terms["M"]])
         self._path = self.constraints.map(problem.horizon)
+
+    @cached_property
+    def _of_interval(self) -> tuple[list[Any], dict[str, Any]]:
+        """Symbols and all terms of an interval; the C core, which puts substeps together itself, does without."""
+        symbol: Any = ca.MX if self.interval.is_a("MXFunction") else ca.SX
+        arguments = [symbol.sym(name, self.interval.size1_in(i)) for i, name in enumerate(("w", "x", "u", "p"))]
+        return arguments, self._linearised(self.interval(*arguments), *arguments)
+
+    @cached_property
+    def _stages(self) -> Any:
+        """All terms of all stages, packed."""
+        arguments, terms = self._of_interval
+        packed = ca.densify(ca.vertcat(*(ca.vec(ca.densify(term)) for term in terms.values())))
+        return ca.Function("stage", arguments, [packed]).map(self.problem.horizon)
+
+    @cached_property
+    def _newton(self) -> Any:
+        """phi, A0 and M of an interval."""
+        arguments, terms = self._of_interval
+        return ca.Function("newton", arguments, [terms["defect"], terms["A0"], terms["M"]])
 
     @property
     def unknowns(self) -> int:
@@ -191,7 +202,8 @@ class Transcription:
         packed = self._stages(unknowns.T, x[:-1].T, u.T, self.given(parameters).T).full().T
         arrays: dict[str, Array] = {}
         start = 0
-        for name, shape in self._shapes.items():
+        for name, term in self._of_interval[1].items():
+            shape = term.shape[:1] if name in VECTORS else term.shape
             size = int(np.prod(shape))
             block = packed[:, start : start + size]
             # CasADi stores matrices by columns.

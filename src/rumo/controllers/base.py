@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import as_numbers, checked
+from rumo.checks import as_mapping, as_numbers, checked
 from rumo.controllers.explanation import Explanation, explain, local_error
 from rumo.controllers.gate import WIDE_GATE, InnovationGate
 from rumo.discretization import Discretization
@@ -50,6 +50,7 @@ class Controller(ABC):
         self.gate = None if gate is None else checked(gate, "gate", InnovationGate, "Write InnovationGate(width=...).")
         self.transcription = Transcription(problem, discretization)
         self._layout = PlanLayout(problem)
+        self._parameters = problem.parameters
 
     @abstractmethod
     def reset(self, x: Values | None = None, applied: Mapping[str, float] | ArrayLike | None = None) -> None:
@@ -77,17 +78,22 @@ class Controller(ABC):
     def applied(self, inputs: Mapping[str, float] | ArrayLike) -> None: ...
 
     @property
-    @abstractmethod
     def parameters(self) -> Array:
         """Values of the model's parameters on each interval (N, np_).
 
         Set them by a mapping from names to numbers, or N numbers each, before a preparation; those left out have their
         defaults. Until then, and after a reset, they are the problem's.
         """
+        return self._parameters.copy()
 
     @parameters.setter
+    def parameters(self, values: Mapping[str, ArrayLike]) -> None:
+        self._parameters = self.problem.parameter_table(as_mapping(values, "parameters"))
+        self._take_parameters()
+
     @abstractmethod
-    def parameters(self, values: Mapping[str, ArrayLike]) -> None: ...
+    def _take_parameters(self) -> None:
+        """Prepare with other parameters from now on."""
 
     @property
     @abstractmethod

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import as_mapping
 from rumo.controllers.base import ReferenceWindow
 from rumo.controllers.fallback import Shift
 from rumo.controllers.qp import QpOptions
@@ -67,14 +66,7 @@ class CompiledRti(RealTimeIteration):
     def applied(self, inputs: Mapping[str, float] | ArrayLike) -> None:
         self._core.set_applied(self._decided(inputs))
 
-    @property
-    def parameters(self) -> Array:
-        """Parameter values, see `Controller.parameters`."""
-        return self._parameters.copy()
-
-    @parameters.setter
-    def parameters(self, values: Mapping[str, ArrayLike]) -> None:
-        self._parameters = self.problem.parameter_table(as_mapping(values, "parameters"))
+    def _take_parameters(self) -> None:
         self._core.set_parameters(np.ascontiguousarray(self.transcription.given(self._parameters)))
 
     @property

@@ -11,7 +11,6 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import as_mapping
 from rumo.controllers.base import Controller, ReferenceWindow
 from rumo.controllers.fallback import Shift, Trajectory, admissible
 from rumo.controllers.gate import WIDE_GATE, Gatekeeper, InnovationGate, gate_stages
@@ -77,14 +76,7 @@ class PolicyController(Controller):
     def applied(self, inputs: Mapping[str, float] | ArrayLike) -> None:
         self._applied = self._decided(inputs)
 
-    @property
-    def parameters(self) -> Array:
-        """Parameter values, see `Controller.parameters`."""
-        return self._parameters.copy()
-
-    @parameters.setter
-    def parameters(self, values: Mapping[str, ArrayLike]) -> None:
-        self._parameters = self.problem.parameter_table(as_mapping(values, "parameters"))
+    def _take_parameters(self) -> None:
         self._prepared = False
 
     @property

@@ -134,15 +134,7 @@ class RealTimeIteration(Controller):
             """See `Controller.applied`."""
             ...
 
-        @property
-        def parameters(self) -> Array:
-            """See `Controller.parameters`."""
-            ...
-
-        @parameters.setter
-        def parameters(self, values: Mapping[str, ArrayLike]) -> None:
-            """See `Controller.parameters`."""
-            ...
+        def _take_parameters(self) -> None: ...
 
         @property
         def status_counts(self) -> Counter[Status]:

@@ -43,9 +43,12 @@ class Discretization(ABC):
     def __post_init__(self) -> None:
         whole_number(self.substeps, "substeps", 1)
 
-    @abstractmethod
     def inner(self, states: int, algebraic: int) -> Sequence[tuple[int, float]]:
-        """What each inner unknown is a value of: the signal's position in (x, z), and the share of the step."""
+        """What each inner unknown is a value of: the signal's position in (x, z), and the share of the step.
+
+        A scheme has none unless it says so.
+        """
+        return ()
 
     @abstractmethod
     def residual(self, model: Model, end: Any, inner: Any, x: Any, u: Any, p: Any, step: Any) -> Any:

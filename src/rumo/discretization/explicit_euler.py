@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -18,10 +17,6 @@ class ExplicitEuler(Discretization):
     a_stable: ClassVar[bool] = False
     l_stable: ClassVar[bool] = False
     explicit: ClassVar[bool] = True
-
-    def inner(self, states: int, algebraic: int) -> Sequence[tuple[int, float]]:
-        """Nothing."""
-        return ()
 
     def residual(self, model: Model, end: Any, inner: Any, x: Any, u: Any, p: Any, step: Any) -> Any:
         """`x + h f(x) - z`."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -22,10 +21,6 @@ class ImplicitEuler(Discretization):
     order: ClassVar[int] = 1
     a_stable: ClassVar[bool] = True
     l_stable: ClassVar[bool] = True
-
-    def inner(self, states: int, algebraic: int) -> Sequence[tuple[int, float]]:
-        """Nothing."""
-        return ()
 
     def residual(self, model: Model, end: Any, inner: Any, x: Any, u: Any, p: Any, step: Any) -> Any:
         """`F - end` and the algebraic equations."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -18,10 +17,6 @@ class Rk4(Discretization):
     a_stable: ClassVar[bool] = False
     l_stable: ClassVar[bool] = False
     explicit: ClassVar[bool] = True
-
-    def inner(self, states: int, algebraic: int) -> Sequence[tuple[int, float]]:
-        """Nothing: the stages follow from the beginning."""
-        return ()
 
     def residual(self, model: Model, end: Any, inner: Any, x: Any, u: Any, p: Any, step: Any) -> Any:
         """`x + h (k1 + 2 k2 + 2 k3 + k4) / 6 - z`."""
