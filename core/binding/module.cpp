@@ -230,19 +230,21 @@ public:
         return run(api_->step, x, reference, numbers);
     }
 
-    // Runs recorded measurements (steps, nx) and references (steps, N + 1, ny); times of each step (steps, 2) [s].
+    // Runs recorded measurements (steps, nx) and references (steps, N + 1, ny); times (steps, 3) [s] of
+    // linearisation, of the preparation that it belongs to, and of feedback.
     void replay(nb::handle x, nb::handle reference, nb::handle applied, nb::handle times, int steps) {
         const auto count = static_cast<std::size_t>(steps);
         const Vector states_in(x, count * states(), "x"), wanted(reference, count * window(), "reference");
-        const Vector decided_in(applied, count * decided(), "applied"), out(times, 2 * count, "times");
+        const Vector decided_in(applied, count * decided(), "applied"), out(times, 3 * count, "times");
         Lock lock(*this);
         nb::gil_scoped_release release;
         rumo_plan plan;
         for (std::size_t i = 0; i < count; ++i) {
             std::copy_n(decided_in.data() + i * decided(), decided(), api_->applied(core_));
             api_->step(core_, states_in.data() + i * states(), wanted.data() + i * window(), &plan);
-            out.writable()[2 * i] = plan.prepare_seconds;
-            out.writable()[2 * i + 1] = plan.feedback_seconds;
+            out.writable()[3 * i] = plan.linearize_seconds;
+            out.writable()[3 * i + 1] = plan.prepare_seconds;
+            out.writable()[3 * i + 2] = plan.feedback_seconds;
         }
         ready_ = false;
     }

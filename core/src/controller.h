@@ -46,7 +46,7 @@ struct rumo_controller {
     double last_step;                   /* largest |v| of the iteration before, NaN if there was none */
     double straying;                    /* of the last guess linearised about, see straying() */
     int settled;                        /* whether guesses have satisfied the dynamics since the last one at rest */
-    double prepare_seconds;
+    double prepare_seconds, linearize_seconds, linearized_at;
 };
 
 static inline double *plan_u(const rumo_controller *c) { return c->numbers; }

@@ -214,7 +214,7 @@ RARE static void reset_controller(rumo_controller *c) {
     set_parameters(c, c->problem.parameters);
     memset(c->counts, 0, sizeof c->counts);
     clear_members(&c->q);
-    c->prepare_seconds = c->straying = 0.0;
+    c->prepare_seconds = c->linearize_seconds = c->straying = 0.0;
     c->last_step = NAN;
 }
 

@@ -27,6 +27,7 @@ static void advance_guess(rumo_controller *c) {
 static void prepare(rumo_controller *c) {
     const double start = seconds_now();
     if (c->has_guess) c->has_guess = linearize(c, !c->resting);
+    c->linearize_seconds = c->has_guess ? c->linearized_at - start : 0.0;
     if (c->has_guess) {
         /* A plan made from a wild measurement would keep misleading its successors. */
         const int strayed = !(c->straying < STRAYED);
@@ -90,6 +91,7 @@ static void feedback(rumo_controller *c, const double *x, const double *referenc
     const rumo_status status = attempt(c, x, reference, plan);
     follow(c, status != RUMO_BAD_MEASUREMENT && status != RUMO_BAD_REFERENCE && status != RUMO_SOLVER_FAILED, status, plan);
     plan->prepare_seconds = c->prepare_seconds;
+    plan->linearize_seconds = c->linearize_seconds;
     plan->feedback_seconds = seconds_now() - start;
 }
 

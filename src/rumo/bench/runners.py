@@ -40,7 +40,8 @@ def _core(recording: Recording, backend: str, scheme: Discretization | None = No
     if not isinstance(controller, CompiledRti):
         return _python(controller, recording)
     steps = SLOW_STEPS if scheme and scheme.substeps > MANY_SUBSTEPS else len(recording)
-    return 1e6 * controller.replay(recording.x[:steps], recording.reference[:steps], recording.applied[:steps])
+    times = controller.replay(recording.x[:steps], recording.reference[:steps], recording.applied[:steps])
+    return 1e6 * times[:, 1:]
 
 
 def _python(controller: Controller, recording: Recording, steps: int | None = None) -> Array:

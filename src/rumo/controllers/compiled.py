@@ -102,10 +102,10 @@ class CompiledRti(RealTimeIteration):
 
         Returns
         -------
-        ndarray, shape (n, 2)
-            Time of preparation and of feedback [s].
+        ndarray, shape (n, 3)
+            Time of linearisation, of the preparation that it belongs to, and of feedback [s].
         """
-        times = np.zeros((len(x), 2))
+        times = np.zeros((len(x), 3))
         data = [np.ascontiguousarray(array, dtype=float) for array in (x, reference, applied)]
         self._core.replay(data[0], data[1], data[2], times, len(times))
         return times

@@ -18,11 +18,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Look:
-    """Colour and dash of a line; dashes tell lines apart where colours don't."""
+    """Colour and dash of a line; dashes, widths and markers tell lines apart where colours don't.
+
+    Markers, on each point: circle, square, diamond, cross, x, triangle-up, triangle-down, star; or "" for none.
+    """
 
     color: str
     dash: str
     width: float = 1.6
+    marker: str = ""
 
 
 # Okabe and Ito's palette, made to be told apart by colour-blind readers.
@@ -69,12 +73,15 @@ class Content:
         File name without ending.
     title, x_label, y_label : str
         Labels with units.
+    logarithmic : str
+        Axes with a logarithmic scale: "", "x", "y" or "xy".
     """
 
     key: str
     title: str
     x_label: str
     y_label: str
+    logarithmic: str = field(default="", kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -105,18 +112,21 @@ COLUMNS = 2
 
 @dataclass(frozen=True)
 class Panels(Content):
-    """Small multiples: axes of one scale, each with a title, lines, and the time of the bad samples shaded.
+    """Small multiples, each with a title and lines.
 
     Attributes
     ----------
     panels : tuple of (str, tuple of Line)
         Title and curves of each.
-    shaded : tuple of float
+    shaded : tuple of float, or None
         From when to when samples are bad [s].
+    shared : str
+        Axes that all have in common: "", "x", "y" or "xy".
     """
 
     panels: tuple[tuple[str, tuple[Line, ...]], ...]
-    shaded: tuple[float, float]
+    shaded: tuple[float, float] | None = None
+    shared: str = "xy"
 
     @property
     def rows(self) -> int:
@@ -126,7 +136,7 @@ class Panels(Content):
     @property
     def from_zero(self) -> bool:
         """Whether the y axes start at 0, as they do where nothing is negative."""
-        return all((line.y >= 0.0).all() for _, lines in self.panels for line in lines)
+        return "y" not in self.logarithmic and all((line.y >= 0.0).all() for _, lines in self.panels for line in lines)
 
 
 def bins(samples: Array, marker: float) -> Array:

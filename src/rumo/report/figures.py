@@ -12,6 +12,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DASHES = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
+MARKERS = {
+    "": "",
+    "circle": "o",
+    "square": "s",
+    "diamond": "D",
+    "cross": "P",
+    "x": "X",
+    "triangle-up": "^",
+    "triangle-down": "v",
+    "star": "*",
+}
+LEGEND_COLUMNS = 5
 STYLE: Any = {
     "figure.figsize": (7.0, 3.6),
     "figure.dpi": 150,
@@ -55,13 +67,14 @@ def _draw_chart(chart: Chart) -> Figure:
             axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
             axes.xaxis.set_minor_locator(NullLocator())
             axes.set_xlim(edges[0], edges[-1])
+        _scale(axes, chart)
         axes.set(title=chart.title, xlabel=chart.x_label, ylabel=chart.y_label)
         if chart.equal:
             axes.set_aspect("equal", adjustable="datalim")
         handles, labels = axes.get_legend_handles_labels()
         if len(handles) > 1:
             # Below the axes the legend covers no data.
-            figure.legend(handles, labels, loc="outside lower center", ncols=len(handles))
+            figure.legend(handles, labels, loc="outside lower center", ncols=min(len(handles), LEGEND_COLUMNS))
         return figure
 
 
@@ -71,16 +84,21 @@ def _draw_panels(content: Panels) -> Figure:
 
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.0, 1.0 + 1.45 * content.rows), layout="constrained")
-        grid = figure.subplots(content.rows, COLUMNS, sharex=True, sharey=True, squeeze=False)
+        grid = figure.subplots(
+            content.rows, COLUMNS, sharex="x" in content.shared, sharey="y" in content.shared, squeeze=False
+        )
         for axes, (title, lines) in zip(grid.flat, content.panels, strict=False):
-            axes.axvspan(*content.shaded, color=LIMIT.color, alpha=0.15, linewidth=0.0, label="Bad samples")
+            if content.shaded is not None:
+                axes.axvspan(*content.shaded, color=LIMIT.color, alpha=0.15, linewidth=0.0, label="Bad samples")
             for line in reversed(lines):
                 _add(axes, line)
             axes.set_title(title, fontsize=10, loc="left")
             axes.set_ylabel(content.y_label if axes in grid[:, 0] else "")
-            axes.margins(x=0.0)
+            axes.margins(x=0.0 if content.shaded else 0.05)
+            _scale(axes, content)
         if content.from_zero:
-            grid[0, 0].set_ylim(bottom=0.0)
+            for axes in grid.flat[: len(content.panels)]:
+                axes.set_ylim(bottom=0.0)
         for axes in grid.flat[len(content.panels) :]:
             axes.set_visible(False)
         for axes in grid.flat[max(len(content.panels) - COLUMNS, 0) : len(content.panels)]:
@@ -88,8 +106,15 @@ def _draw_panels(content: Panels) -> Figure:
             axes.tick_params(labelbottom=True)
         figure.suptitle(content.title, fontsize=11)
         handles, labels = grid[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=len(handles))
+        figure.legend(handles, labels, loc="outside lower center", ncols=min(len(handles), LEGEND_COLUMNS))
         return figure
+
+
+def _scale(axes: Any, content: Chart | Panels) -> None:
+    if "x" in content.logarithmic:
+        axes.set_xscale("log")
+    if "y" in content.logarithmic:
+        axes.set_yscale("log")
 
 
 def _add(axes: Any, line: Line) -> None:
@@ -100,6 +125,8 @@ def _add(axes: Any, line: Line) -> None:
         color=line.look.color,
         linestyle=DASHES[line.look.dash],
         linewidth=line.look.width,
+        marker=MARKERS[line.look.marker],
+        markersize=5.0,
         drawstyle="steps-post" if line.steps else "default",
     )
 

@@ -50,6 +50,7 @@ def _plot_chart(chart: Chart) -> Any:
         margin={"l": 70, "r": 20, "t": 50, "b": 60},
         hovermode="closest" if chart.equal or chart.histogram else "x unified",
     )
+    _scale(figure, chart)
     if chart.equal:
         figure.update_yaxes(scaleanchor="x", scaleratio=1)
     return figure
@@ -62,23 +63,26 @@ def _plot_panels(content: Panels) -> Any:
     figure = subplots(
         content.rows,
         COLUMNS,
-        shared_xaxes="all",
-        shared_yaxes="all",
+        shared_xaxes="all" if "x" in content.shared else False,
+        shared_yaxes="all" if "y" in content.shared else False,
         subplot_titles=[title for title, _ in content.panels],
         x_title=content.x_label,
         y_title=content.y_label,
-        horizontal_spacing=0.04,
+        horizontal_spacing=0.04 if "y" in content.shared else 0.08,
         vertical_spacing=0.07,
     )
     for i, (_, lines) in enumerate(content.panels):
         place = {"row": i // COLUMNS + 1, "col": i % COLUMNS + 1}
         for line in reversed(lines):
             figure.add_scatter(**_curve(line), legendgroup=line.name, showlegend=i == 0, **place)
-        x0, x1 = content.shaded
-        figure.add_vrect(x0=x0, x1=x1, fillcolor=LIMIT.color, opacity=0.15, line_width=0, layer="below", **place)
-    # A shaded region has no entry in the legend of its own.
-    square = {"symbol": "square", "size": 12, "color": LIMIT.color}
-    figure.add_scatter(x=[None], y=[None], name="Bad samples", mode="markers", marker=square, opacity=0.15)
+        if content.shaded is not None:
+            x0, x1 = content.shaded
+            figure.add_vrect(x0=x0, x1=x1, fillcolor=LIMIT.color, opacity=0.15, line_width=0, layer="below", **place)
+    if content.shaded is not None:
+        # A shaded region has no entry in the legend of its own.
+        square = {"symbol": "square", "size": 12, "color": LIMIT.color}
+        figure.add_scatter(x=[None], y=[None], name="Bad samples", mode="markers", marker=square, opacity=0.15)
+    _scale(figure, content)
     figure.update_xaxes(showticklabels=True)
     if content.from_zero:
         figure.update_yaxes(rangemode="tozero")
@@ -93,12 +97,20 @@ def _plot_panels(content: Panels) -> Any:
     return figure
 
 
+def _scale(figure: Any, content: Chart | Panels) -> None:
+    if "x" in content.logarithmic:
+        figure.update_xaxes(type="log", exponentformat="power")
+    if "y" in content.logarithmic:
+        figure.update_yaxes(type="log", exponentformat="power")
+
+
 def _curve(line: Line) -> dict[str, Any]:
     return {
         "x": line.x,
         "y": line.y,
         "name": line.name,
-        "mode": "lines",
+        "mode": "lines+markers" if line.look.marker else "lines",
+        "marker": {"symbol": line.look.marker or "circle", "size": 7},
         "line": {
             "color": line.look.color,
             "dash": line.look.dash,

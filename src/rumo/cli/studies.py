@@ -1,0 +1,107 @@
+"""`rumo study ...`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from rumo.cli.console import errors_in_words, print_table, progress_bars, words, writable, write_study
+from rumo.errors import PlantError
+from rumo.report.tables import claims_table, controllers_table
+
+study = typer.Typer(help="Run a study and write its report.", no_args_is_help=True)
+
+
+@study.command()
+def paper(
+    controllers: Annotated[str, typer.Option(help="Which controllers drive, comma-separated.")] = "rti,nlp,ltv",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of wind and noise.")] = 0,
+    duration: Annotated[float, typer.Option(help="Length of the drive [s].")] = 24.0,
+    output: Annotated[Path, typer.Option(help="Folder for logs, figures and report.")] = Path("out"),
+) -> None:
+    """The paper's case study: a car follows a sine path in wind, with noisy sensors."""
+    with errors_in_words():
+        from rumo.report.charts import paper_charts
+        from rumo.report.page import Section, write_page
+        from rumo.report.paper import summary
+        from rumo.simulation.log import save
+        from rumo.studies import PaperStudy
+
+        settings = PaperStudy(tuple(words(controllers)), seed, duration)
+        folder = writable(output)
+        with progress_bars() as progress:
+            tasks = {name: progress.add_task(name, total=None) for name in settings.controllers}
+            logs: dict[str, Any] = {}
+            for name in settings.controllers:
+                drive = replace(settings, controllers=(name,))
+                try:
+                    logs |= drive.run(
+                        lambda name, done, steps: progress.update(tasks[name], completed=done, total=steps)
+                    )
+                except PlantError as error:
+                    # What was driven so far is kept.
+                    if error.log is not None:
+                        save(error.log, folder / f"log-{name}.nc")
+                    raise
+                save(logs[name], folder / f"log-{name}.nc")
+            content = summary(logs)
+            charts = paper_charts(logs)
+            write_study(content, charts, folder, progress)
+            lead = (
+                f"A car follows a sine path at {settings.path.speed:g} m/s for {duration:g} s in wind, with noisy, "
+                f"filtered measurements; horizon {content['horizon']}, sampling period "
+                f"{1e3 * content['sampling_time_s']:g} ms, seed {seed}."
+            )
+            sections = [
+                Section("Results", [controllers_table(content["controllers"])]),
+                Section("The paper's claims", [claims_table(content["claims"])]),
+                Section("Figures", charts),
+            ]
+            page = write_page(folder / "report.html", "The paper's case study", lead, sections)
+        print_table(controllers_table(content["controllers"]), "How it drives")
+        print_table(claims_table(content["claims"]), "The paper's claims")
+        Console().print(f"Report: {page}", soft_wrap=True, highlight=False)
+
+
+@study.command()
+def faults(
+    controllers: Annotated[str, typer.Option(help="Which controllers drive, comma-separated.")] = "rti,nlp",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of wind and noise.")] = 0,
+    gate: Annotated[bool, typer.Option(help="Hold back implausible measurements.")] = True,
+    output: Annotated[Path, typer.Option(help="Folder for logs, figures and report.")] = Path("out"),
+) -> None:
+    """Five bad samples in a row: sensors and solvers that fail, and what becomes of the drive."""
+    with errors_in_words():
+        from rumo.report.charts import label
+        from rumo.report.faults import LAST_COLUMN, fault_panels, fault_sections, faults_table, summary
+        from rumo.report.page import write_page
+        from rumo.simulation.log import save
+        from rumo.studies.faults import FaultStudy
+
+        settings = FaultStudy(tuple(words(controllers)), seed=seed)
+        if not gate:
+            settings = replace(settings, gate=None)
+        folder = writable(output)
+        with progress_bars() as progress:
+            tasks = {name: progress.add_task(name, total=len(settings.faults)) for name in settings.controllers}
+            drives = settings.run(lambda name, done, every: progress.update(tasks[name], completed=done, total=every))
+            for name, by_fault in drives.items():
+                for fault, drive in by_fault.items():
+                    if drive.log is not None:
+                        save(drive.log, folder / f"log-{name}-{fault}.nc")
+            content = summary(settings, drives)
+            figures = fault_panels(drives)
+            write_study(content, figures, folder, progress)
+            lead = (
+                f"A car follows a sine path at {settings.base.path.speed:g} m/s in wind, with noisy, unfiltered "
+                f"measurements; after {settings.start:g} s come {settings.count} bad samples. Seed {seed}, "
+                f"{'with' if gate else 'without'} the innovation gate."
+            )
+            page = write_page(folder / "report.html", "Faults", lead, fault_sections(content, figures), LAST_COLUMN)
+        for name, outcomes in content["controllers"].items():
+            print_table(faults_table(outcomes), label(name))
+        Console().print(f"Report: {page}", soft_wrap=True, highlight=False)
