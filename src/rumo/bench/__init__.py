@@ -1,7 +1,7 @@
 """How long a step takes: one recorded drive, replayed through every controller in one run."""
 
-from rumo.bench.recording import SCENARIOS, Recording, record
+from rumo.bench.recording import SCENARIOS, record
 from rumo.bench.report import summary
 from rumo.bench.runners import RUNNERS, measure
 
-__all__ = ["RUNNERS", "SCENARIOS", "Recording", "measure", "record", "summary"]
+__all__ = ["RUNNERS", "SCENARIOS", "measure", "record", "summary"]

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from rumo.bench.recording import Recording
 from rumo.controllers.qp import QuadraticProgram
 from rumo.controllers.reference import ReferenceRti
 from rumo.kernel import Qp, Settings
 from rumo.signals import Array
+from rumo.simulation.replay import Recording
 from rumo.status import Status
 
 OTHERS = ("daqp", "piqp", "quadprog", "clarabel", "proxqp")

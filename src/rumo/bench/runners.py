@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rumo.bench.recording import Recording
 from rumo.controllers import Controller, DirectNlp, RealTimeIteration
 from rumo.controllers.compiled import CompiledRti
 from rumo.discretization import Discretization
 from rumo.problem import Problem
 from rumo.signals import Array
+from rumo.simulation.replay import Recording
 
 if TYPE_CHECKING:
     from rumo.bench.acados import AcadosRti

@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
-from rumo.bench.recording import Recording
 from rumo.checks import whole_number
 from rumo.discretization import Discretization
-from rumo.discretization.stability import stable_substeps
+from rumo.discretization.stability import modes, stable_substeps
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.registry import DISCRETIZATIONS
+from rumo.simulation.replay import Recording
 
 
 def schemes_of(names: Sequence[str], recording: Recording) -> dict[str, Discretization]:
     """Schemes by NAME or NAME:SUBSTEPS; an explicit one without a number gets the smallest stable one on a drive."""
+    problem = recording.problem
+    rates = modes(problem.model, recording.x, recording.applied[:, 0], problem.parameters[0])
+    products = (rates.ravel() * problem.sampling_time).tolist()
     schemes: dict[str, Discretization] = {}
     for text in names:
         name, colon, number = text.partition(":")
@@ -28,15 +29,6 @@ def schemes_of(names: Sequence[str], recording: Recording) -> dict[str, Discreti
         if colon:
             scheme = replace(scheme, substeps=whole_number(int(number), f"substeps of {name}", 1))
         elif scheme.explicit:
-            scheme = replace(scheme, substeps=stable_substeps(scheme, modes(recording)))
+            scheme = replace(scheme, substeps=stable_substeps(scheme, products))
         schemes[name if scheme.substeps == 1 else f"{name}:{scheme.substeps}"] = scheme
     return schemes
-
-
-def modes(recording: Recording) -> list[complex]:
-    """Eigenvalues of the model times the sampling time, at every sample of a drive."""
-    problem = recording.problem
-    jacobian = problem.model.jacobian()
-    u, p = recording.applied[:, 0], problem.parameters[0]
-    eigenvalues = [np.linalg.eigvals(jacobian(x, v, p).full()) for x, v in zip(recording.x, u, strict=True)]
-    return (np.concatenate(eigenvalues) * problem.sampling_time).astype(complex).tolist()

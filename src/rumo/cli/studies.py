@@ -105,3 +105,45 @@ def faults(
         for name, outcomes in content["controllers"].items():
             print_table(faults_table(outcomes), label(name))
         Console().print(f"Report: {page}", soft_wrap=True, highlight=False)
+
+
+@study.command()
+def discretization(
+    cases: Annotated[str | None, typer.Option(help="Which systems, comma-separated; all if not given.")] = None,
+    schemes: Annotated[str | None, typer.Option(help="Which schemes, comma-separated; all if not given.")] = None,
+    backend: Annotated[
+        str, typer.Option(help="auto, tailored, or portable, which needs no compiler and no time to compile.")
+    ] = "auto",
+    output: Annotated[Path, typer.Option(help="Folder for figures and report.")] = Path("out"),
+) -> None:
+    """Discretisation schemes: accuracy, cost and stability on the car and on stiff systems that are none."""
+    with errors_in_words():
+        from rumo.registry import DISCRETIZATIONS
+        from rumo.report.discretization import cheapest_table, discretization_sections, findings, summary
+        from rumo.report.discretization_charts import discretization_figures
+        from rumo.report.page import write_page
+        from rumo.studies.cases import CASES
+        from rumo.studies.discretization import DiscretizationStudy
+
+        settings = DiscretizationStudy(
+            tuple(CASES if cases is None else words(cases)),
+            tuple(DISCRETIZATIONS if schemes is None else words(schemes)),
+            backend,
+        )
+        folder = writable(output)
+        with progress_bars() as progress:
+            tasks = {name: progress.add_task(name, total=None) for name in settings.cases}
+            results = settings.run(lambda name, done, every: progress.update(tasks[name], completed=done, total=every))
+            content = summary(settings, results)
+            figures = discretization_figures(content)
+            write_study(content, figures, folder, progress)
+            page = write_page(
+                folder / "report.html",
+                "Which discretisation?",
+                f"Discretisation schemes in the real-time iteration ({backend} backend), on stiff systems.",
+                discretization_sections(content, figures),
+            )
+        print_table(cheapest_table(content), "The cheapest step for an accuracy, as a share of the outputs' range")
+        for sentence in findings(content):
+            Console().print(sentence, soft_wrap=True, highlight=False)
+        Console().print(f"Report: {page}", soft_wrap=True, highlight=False)

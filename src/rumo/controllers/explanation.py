@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rumo.discretization.stability import modes
 from rumo.plan import SLACK_TOLERANCE, Plan
 from rumo.problem import Problem
 from rumo.signals import Array, NamedArray
@@ -87,10 +88,8 @@ def local_error(transcription: Transcription, plan: Plan, parameters: Array) -> 
 
 def _stiffness(problem: Problem, plan: Plan, parameters: Array) -> Array:
     """Largest |lambda| dt of each interval (N,), algebraic variables eliminated."""
-    jacobian, largest = problem.model.jacobian(), np.empty(problem.horizon)
-    for k, (x, z, u, p) in enumerate(zip(plan.x.values[1:], plan.z.values, plan.u.values, parameters, strict=True)):
-        largest[k] = np.abs(np.linalg.eigvals(jacobian(np.r_[x, z], u, p).full())).max() * problem.steps[k]
-    return largest
+    variables = np.hstack([plan.x.values[1:], plan.z.values])
+    return np.abs(modes(problem.model, variables, plan.u.values, parameters)).max(axis=1) * problem.steps
 
 
 def _active(problem: Problem, plan: Plan) -> Iterator[tuple[str, int]]:

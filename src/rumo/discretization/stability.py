@@ -9,10 +9,20 @@ import numpy as np
 
 from rumo.discretization.base import Discretization
 from rumo.model import Model
-from rumo.signals import NamedSymbols
+from rumo.signals import Array, NamedSymbols
 
 # A mode grows if it is more than this much larger after a substep.
 GROWTH = 1e-9
+
+
+def modes(model: Model, xz: Array, u: Array, p: Array) -> np.ndarray:
+    """Rates lambda [1/s] of the model's modes (n, nx), at states and algebraic variables (n, nx + nz).
+
+    Eigenvalues of its Jacobian; inputs (n, nu) and parameters (n, np_) or (np_,).
+    """
+    jacobian, parameters = model.jacobian(), np.broadcast_to(p, (len(xz), len(model.parameters)))
+    points = zip(xz, u, parameters, strict=True)
+    return np.array([np.linalg.eigvals(jacobian(*point).full()) for point in points], dtype=complex)
 
 
 def growth(scheme: Discretization, products: Sequence[complex]) -> np.ndarray:
@@ -30,12 +40,12 @@ def growth(scheme: Discretization, products: Sequence[complex]) -> np.ndarray:
     unknowns = ca.vertcat(end, inner)
     phi = scheme.residual(mode, end, inner, ca.SX([1.0, 0.0]), mode.u, mode.p, 1.0)
     linear = ca.Function("linear", [mode.u], [ca.jacobian(phi, unknowns), ca.substitute(phi, unknowns, 0.0)])
-    factors = np.empty(len(products), dtype=complex)
-    for i, product in enumerate(products):
-        M, constant = linear([product.real, product.imag])
-        real, imaginary = np.linalg.solve(M.full(), -constant.full())[:2, 0]
-        factors[i] = complex(real, imaginary)
-    return factors
+    n, size = len(products), phi.numel()
+    M, constant = linear.map(n)(np.array([(product.real, product.imag) for product in products]).T)
+    # Matrices side by side.
+    matrices, right = M.full().reshape(size, n, size).transpose(1, 0, 2), -constant.full().T[:, :, None]
+    ends = np.linalg.solve(matrices, right)[:, :2, 0]
+    return ends[:, 0] + 1j * ends[:, 1]
 
 
 def stable_substeps(scheme: Discretization, products: Sequence[complex]) -> int:

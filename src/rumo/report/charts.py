@@ -122,11 +122,14 @@ class Panels(Content):
         From when to when samples are bad [s].
     shared : str
         Axes that all have in common: "", "x", "y" or "xy".
+    height : float
+        Of a row of panels in print [inch].
     """
 
     panels: tuple[tuple[str, tuple[Line, ...]], ...]
     shaded: tuple[float, float] | None = None
     shared: str = "xy"
+    height: float = 1.45
 
     @property
     def rows(self) -> int:

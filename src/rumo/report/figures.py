@@ -24,6 +24,7 @@ MARKERS = {
     "star": "*",
 }
 LEGEND_COLUMNS = 5
+FEW_DECADES = 300.0
 STYLE: Any = {
     "figure.figsize": (7.0, 3.6),
     "figure.dpi": 150,
@@ -34,6 +35,8 @@ STYLE: Any = {
     "axes.spines.right": False,
     "axes.titlesize": 11,
     "legend.frameon": False,
+    "legend.fontsize": 9,
+    "legend.columnspacing": 1.2,
     # The same data give the same file.
     "svg.hashsalt": "rumo",
     "pdf.fonttype": 42,
@@ -83,7 +86,7 @@ def _draw_panels(content: Panels) -> Figure:
     from matplotlib.figure import Figure
 
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 1.0 + 1.45 * content.rows), layout="constrained")
+        figure = Figure(figsize=(7.0, 1.0 + content.height * content.rows), layout="constrained")
         grid = figure.subplots(
             content.rows, COLUMNS, sharex="x" in content.shared, sharey="y" in content.shared, squeeze=False
         )
@@ -105,16 +108,22 @@ def _draw_panels(content: Panels) -> Figure:
             axes.set_xlabel(content.x_label)
             axes.tick_params(labelbottom=True)
         figure.suptitle(content.title, fontsize=11)
-        handles, labels = grid[0, 0].get_legend_handles_labels()
+        handles, labels = (found[::-1] for found in grid[0, 0].get_legend_handles_labels())
         figure.legend(handles, labels, loc="outside lower center", ncols=min(len(handles), LEGEND_COLUMNS))
         return figure
 
 
 def _scale(axes: Any, content: Chart | Panels) -> None:
-    if "x" in content.logarithmic:
-        axes.set_xscale("log")
-    if "y" in content.logarithmic:
-        axes.set_yscale("log")
+    from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
+
+    for name in content.logarithmic:
+        getattr(axes, f"set_{name}scale")("log")
+        axis = getattr(axes, f"{name}axis")
+        low, high = axis.get_view_interval()
+        if high < FEW_DECADES * low:  # powers of ten alone would be too few
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(FormatStrFormatter("%g"))
+        axis.set_minor_formatter(NullFormatter())
 
 
 def _add(axes: Any, line: Line) -> None:

@@ -27,10 +27,10 @@ CONFIG = {"displaylogo": False, "modeBarButtonsToRemove": ["select2d", "lasso2d"
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, and the tables and figures below it."""
+    """A heading, and the sentences, tables and figures below it."""
 
     heading: str
-    content: Sequence[Table | Chart | Panels]
+    content: Sequence[str | Table | Chart | Panels]
 
 
 def write_page(path: Path, title: str, lead: str, sections: Sequence[Section], style: str = "") -> Path:
@@ -64,7 +64,9 @@ def write_page(path: Path, title: str, lead: str, sections: Sequence[Section], s
     return path
 
 
-def _html(content: Table | Chart | Panels) -> str:
+def _html(content: str | Table | Chart | Panels) -> str:
+    if isinstance(content, str):
+        return f"<p>{escape(content)}</p>"
     if isinstance(content, Table):
         return _table(content)
     return plot(content).to_html(full_html=False, include_plotlyjs=False, div_id=content.key, config=CONFIG)

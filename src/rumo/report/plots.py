@@ -89,8 +89,15 @@ def _plot_panels(content: Panels) -> Any:
     figure.update_layout(
         title=content.title,
         template="plotly_white",
-        height=120 + 190 * content.rows,
-        legend={"orientation": "h", "yanchor": "bottom", "y": 1.04, "xanchor": "right", "x": 1.0},
+        height=round(120 + 130 * content.height * content.rows),
+        legend={
+            "orientation": "h",
+            "yanchor": "bottom",
+            "y": 1.04,
+            "xanchor": "right",
+            "x": 1.0,
+            "traceorder": "reversed",
+        },
         margin={"l": 70, "r": 20, "t": 90, "b": 60},
         hovermode="x unified",
     )

@@ -104,6 +104,8 @@ class PaperStudy:
         Samples from measurement to input.
     horizon : int
         Sampling intervals that the controllers look ahead.
+    sampling_time : float
+        [s].
     estimator : Estimator, optional
         The paper's Butterworth filter by default; None gives the raw measurements.
     noise : mapping of str to float
@@ -133,6 +135,7 @@ class PaperStudy:
     penalty: Penalty | None = PENALTY
     delay: int = 1
     horizon: int = HORIZON
+    sampling_time: float = SAMPLING_TIME
     estimator: Estimator | None = FILTER
     noise: Mapping[str, float] = field(default_factory=NOISE.copy)
     wind: Disturbance = WIND
@@ -147,15 +150,15 @@ class PaperStudy:
         for name in self.controllers:
             if name not in CONTROLLERS:
                 raise UnknownNameError("controllers", name, CONTROLLERS)
-        if not self.duration >= SAMPLING_TIME or not np.isfinite(self.duration):
-            raise ArgumentError("duration", f"{self.duration:g} s", f"at least one sample of {SAMPLING_TIME:g} s")
+        if not self.duration >= self.sampling_time or not np.isfinite(self.duration):
+            raise ArgumentError("duration", f"{self.duration:g} s", f"at least one sample of {self.sampling_time:g} s")
 
     def problem(self) -> Problem:
         """The optimal control problem that every controller solves."""
         return Problem(
             dynamic_bicycle(PAPER_CAR, as_printed=self.as_printed, axle_torque=self.axle_torque),
             horizon=self.horizon,
-            sampling_time=SAMPLING_TIME,
+            sampling_time=self.sampling_time,
             track=self.weights or paper_weights(self.path),
             moves={"torque": Weight(5.0, range=600.0), "steering_rate": Weight(5.0, range=3.0)},
             bounds={

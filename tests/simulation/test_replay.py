@@ -1,0 +1,32 @@
+"""A recorded drive, told to the same controller again, gives the same commands."""
+
+import numpy as np
+import pytest
+from problems import pendulum
+
+import rumo
+from rumo.simulation.replay import recorded
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_same_commands(delay):
+    problem = pendulum(delay=delay)
+
+    def reference(times):
+        return {"angle": 0.3 * np.sin(2.0 * times)}
+
+    controller = rumo.RealTimeIteration(problem, backend="portable")
+    log = rumo.simulate(controller, problem.model, [0.1, 0.0], reference, 2.0, applied=[0.5])
+    recording = recorded(problem, log, reference)
+    first, decided = (0 if delay else 1), max(delay, 1)
+    assert len(recording) == 40 - first - decided + 1
+    assert recording.applied.shape == (len(recording), decided, 1)
+    # The first sample of a recording without delay is the second of the drive; what the drive planned then is not told.
+    controller.reset(applied=[0.5])
+    if not delay:
+        controller.step(log.estimated.values[0], reference(problem.times))
+    commands = []
+    for x, wanted, applied in zip(recording.x, recording.reference, recording.applied, strict=True):
+        np.testing.assert_allclose(controller.applied, applied, rtol=0.0, atol=1e-9)
+        commands.append(controller.step(x, wanted).command.values)
+    np.testing.assert_allclose(commands, log.commanded.values[first : first + len(commands)], rtol=0.0, atol=1e-9)
