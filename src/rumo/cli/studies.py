@@ -147,3 +147,48 @@ def discretization(
         for sentence in findings(content):
             Console().print(sentence, soft_wrap=True, highlight=False)
         Console().print(f"Report: {page}", soft_wrap=True, highlight=False)
+
+
+@study.command()
+def linearization(
+    controllers: Annotated[str, typer.Option(help="Which controllers drive, comma-separated.")] = "rti,nlp,ltv",
+    sweeps: Annotated[str | None, typer.Option(help="What grows, comma-separated; all if not given.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of noise.")] = 0,
+    output: Annotated[Path, typer.Option(help="Folder for figures and report.")] = Path("out"),
+) -> None:
+    """Linearised about the last plan, along the reference, or not at all: who loses the car, and what it costs."""
+    with errors_in_words():
+        from rumo.errors import UnknownNameError
+        from rumo.report.linearization import (
+            findings,
+            linearization_panels,
+            linearization_sections,
+            overview_table,
+            summary,
+        )
+        from rumo.report.page import write_page
+        from rumo.studies.linearization import SWEEPS, LinearizationStudy
+
+        names = list(SWEEPS) if sweeps is None else words(sweeps)
+        for name in names:
+            if name not in SWEEPS:
+                raise UnknownNameError("--sweeps", name, SWEEPS)
+        values = {name: SWEEPS[name].values for name in names}
+        settings = LinearizationStudy(tuple(words(controllers)), values, seed=seed)
+        folder = writable(output)
+        with progress_bars() as progress:
+            tasks = {name: progress.add_task(name, total=None) for name in names}
+            logs = settings.run(lambda name, done, every: progress.update(tasks[name], completed=done, total=every))
+            content = summary(settings, logs)
+            figures = linearization_panels(content, logs)
+            write_study(content, figures, folder, progress)
+            page = write_page(
+                folder / "report.html",
+                "Where to linearise",
+                f"A car on a sine path that gets harder to drive; {settings.duration:g} s a drive, seed {seed}.",
+                linearization_sections(content, figures),
+            )
+        print_table(overview_table(content), "Who is lost where, and what the others cost")
+        for sentence in findings(content):
+            Console().print(sentence, soft_wrap=True, highlight=False)
+        Console().print(f"Report: {page}", soft_wrap=True, highlight=False)

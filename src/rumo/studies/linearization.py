@@ -1,0 +1,248 @@
+"""Where to linearise: about the last plan, along the reference, or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rumo.checks import as_list, as_mapping, non_negative_number, positive_number, whole_number
+from rumo.controllers import Controller, DirectNlp, NlpOptions, RealTimeIteration
+from rumo.controllers.fallback import Trajectory
+from rumo.controllers.policy import Candidate
+from rumo.errors import ArgumentError, PlantError, UnknownNameError
+from rumo.estimation import Estimator
+from rumo.problem import Problem
+from rumo.registry import CONTROLLERS
+from rumo.signals import Array
+from rumo.simulation import Constant, Plant, Sensors, simulate
+from rumo.studies.paper import CLOSE_WEIGHTS, FILTER, NOISE, PaperStudy
+from rumo.vehicles import PAPER_CAR, four_wheel
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class Start(PaperStudy):
+    """The case study with a car that may point away from its path at first.
+
+    Parameters
+    ----------
+    heading_error : float
+        Angle from the path's tangent to the car at the start [rad].
+    """
+
+    heading_error: float = 0.0
+
+    def initial_state(self) -> dict[str, float]:
+        """Plant state at the start, driving straight ahead without slip."""
+        state = super().initial_state()
+        return state | {"psi": state["psi"] + self.heading_error}
+
+
+BASE = Start(weights=CLOSE_WEIGHTS, estimator=None, noise={}, wind=Constant(0.0), initial_error=0.0)
+"""The drive that is made harder: the paper's path and car, but exact measurements, no wind, a start on the path."""
+
+
+class StartedNlp(DirectNlp):
+    """The direct NLP, started from one real-time iteration where it has no plan to start from.
+
+    From a car at rest, which is its own guess, IPOPT often finds nothing when the reference is far away.
+    """
+
+    _iteration: Controller | None = None
+
+    def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
+        if guess.resting:
+            if self._iteration is None:
+                self._iteration = RealTimeIteration(self.problem, gate=None)
+            self._iteration.reset(applied=self.applied)
+            plan = self._iteration.step(x, window)
+            if plan.status.solved:
+                states = plan.x.values
+                guess = Trajectory(plan.u.values, states, self.transcription.inner_between(states[:-1], states[1:]))
+        return super()._solve(x, window, guess)
+
+
+def _controller(name: str, problem: Problem) -> Controller:
+    """Without the innovation gate: all measurements are right, however wrong a linear prediction is."""
+    if name == DirectNlp.name:
+        return StartedNlp(problem, options=NlpOptions(max_iterations=1000), gate=None)
+    return CONTROLLERS[name](problem, gate=None)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """One thing that grows from drive to drive.
+
+    Attributes
+    ----------
+    title, unit : str
+        What grows, and its unit.
+    values : tuple of float
+        By default.
+    drive : callable
+        (base, value) -> the drive.
+    check : callable
+        (value, argument) -> value; raises for a value that cannot be driven.
+    """
+
+    title: str
+    unit: str
+    values: tuple[float, ...]
+    drive: Callable[[Start, float], Start]
+    check: Callable[[object, str], float] = non_negative_number
+
+
+def _with_curvature(base: Start, curvature: float) -> Start:
+    # A sine path bends most at its crests, by a (2 pi / w)^2.
+    wavelength = 2.0 * np.pi * np.sqrt(base.path.amplitude / curvature)
+    return replace(base, path=replace(base.path, wavelength=wavelength))
+
+
+def _with_noise(base: Start, scale: float, estimator: Estimator | None) -> Start:
+    noise = {name: scale * deviation for name, deviation in NOISE.items()}
+    return replace(base, noise=noise, estimator=estimator, path=replace(base.path, speed=12.0))
+
+
+SWEEPS: dict[str, Sweep] = {
+    "initial_error": Sweep(
+        "Initial distance from the path",
+        "m",
+        (0.0, 1.0, 2.0, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0),
+        lambda base, value: replace(base, initial_error=value),
+    ),
+    "heading": Sweep(
+        "Initial heading error",
+        "rad",
+        (0.0, 0.2, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4),
+        lambda base, value: replace(base, heading_error=value),
+    ),
+    "curvature": Sweep(
+        "Peak curvature of the path",
+        "1/m",
+        (0.03, 0.06, 0.09, 0.12, 0.15, 0.18, 0.21, 0.24, 0.27),
+        _with_curvature,
+        positive_number,
+    ),
+    "speed": Sweep(
+        "Speed",
+        "m/s",
+        (4.0, 8.0, 12.0, 14.0, 16.0, 17.0, 18.0, 19.0, 20.0, 22.0),
+        lambda base, value: replace(base, path=replace(base.path, speed=value)),
+        positive_number,
+    ),
+    "noise": Sweep(
+        "Filtered noise over the paper's",
+        "1",
+        (0.0, 0.5, 1.0, 1.5, 2.0, 3.0),
+        partial(_with_noise, estimator=FILTER),
+    ),
+    "raw_noise": Sweep(
+        "Raw noise over the paper's",
+        "1",
+        (0.0, 0.5, 1.0, 1.5, 2.0, 3.0),
+        partial(_with_noise, estimator=None),
+    ),
+}
+"""What can grow, by name; noise at 12 m/s, all else but speed at 8 m/s."""
+
+
+Progress = Callable[[str, int, int], None]
+"""Called with (sweep, drives done, all drives)."""
+
+
+@dataclass(frozen=True)
+class LinearizationStudy:
+    """Settings of the study. One problem, and one controller of each kind, for all drives.
+
+    Parameters
+    ----------
+    controllers : tuple of str
+        Names in `CONTROLLERS`.
+    sweeps : mapping of str to sequence of float
+        Values to drive with, by name in `SWEEPS`.
+    seed : int
+        Of noise, the same for every drive.
+    duration : float
+        Of a drive [s].
+    base : Start
+        The drive that is made harder. Its controllers, seed and duration are not used.
+
+    Raises
+    ------
+    ArgumentError
+        If a name is unknown, or a value cannot be driven.
+    """
+
+    controllers: tuple[str, ...] = ("rti", "nlp", "ltv")
+    sweeps: Mapping[str, Sequence[float]] = field(
+        default_factory=lambda: {name: sweep.values for name, sweep in SWEEPS.items()}
+    )
+    seed: int = 0
+    duration: float = 8.0
+    base: Start = BASE
+
+    def __post_init__(self) -> None:
+        sweeps = as_mapping(self.sweeps, "sweeps")
+        for argument, names, known in (("controllers", self.controllers, CONTROLLERS), ("sweeps", sweeps, SWEEPS)):
+            if not names:
+                raise ArgumentError(argument, "none", f"some of {', '.join(known)}")
+            for name in names:
+                if name not in known:
+                    raise UnknownNameError(argument, name, known)
+        for name, values in sweeps.items():
+            argument = f"sweeps[{name!r}]"
+            for value in as_list(values, argument, "at least one value"):
+                if not np.isfinite(SWEEPS[name].check(value, argument)):
+                    raise ArgumentError(argument, repr(value), "a finite number")
+        whole_number(self.seed, "seed", 0)
+        sample = self.base.sampling_time
+        if not 2.0 * sample <= self.duration < np.inf:
+            raise ArgumentError("duration", f"{self.duration:g} s", f"at least two samples of {sample:g} s")
+
+    def drive(self, sweep: str, value: float) -> Start:
+        """Settings of one drive."""
+        return SWEEPS[sweep].drive(self.base, float(value))
+
+    def run(self, progress: Progress | None = None) -> dict[str, dict[str, list[xr.Dataset]]]:
+        """Drive all sweeps with each controller; the logs by sweep and controller, in the order of the values.
+
+        The log of a drive that the plant's integrator could not finish ends there.
+        """
+        problem = self.base.problem()
+        controllers = {name: _controller(name, problem) for name in self.controllers}
+        model = four_wheel(PAPER_CAR, self.base.tyre, self.base.as_printed, axle_torque=self.base.axle_torque)
+        plant = Plant(model, problem.sampling_time)
+        logs: dict[str, dict[str, list[xr.Dataset]]] = {}
+        for sweep, values in self.sweeps.items():
+            logs[sweep] = {name: [] for name in controllers}
+            done = 0
+            for value in values:
+                for name, controller in controllers.items():
+                    logs[sweep][name].append(self._log(controller, plant, sweep, value))
+                    done += 1
+                    if progress is not None:
+                        progress(sweep, done, len(values) * len(controllers))
+        return logs
+
+    def _log(self, controller: Controller, plant: Plant, sweep: str, value: float) -> xr.Dataset:
+        drive = self.drive(sweep, value)
+        try:
+            log = simulate(
+                controller,
+                plant,
+                drive.initial_state(),
+                drive.path,
+                self.duration,
+                seed=self.seed,
+                sensors=Sensors(drive.noise, drive.estimator),
+                disturbances={"wind_speed": drive.wind, "wind_direction": Constant(np.pi / 2.0)},
+            )
+        except PlantError as error:
+            log = error.log
+        return log.assign_attrs(sweep=sweep, value=float(value))
