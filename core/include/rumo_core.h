@@ -205,7 +205,7 @@ typedef struct rumo_plan {
     const int *conflict;       /* rows that cannot hold together, if the QP was infeasible: of the */
     int conflicts;             /* free inputs bounds, their increments if limited, path constraints */
     double prepare_seconds, feedback_seconds;
-    double linearize_seconds; /* of the preparation: until all stages are linearised and their unknowns eliminated */
+    double linearize_seconds; /* of the preparation, until the guess is linearised and its unknowns eliminated; NAN without one */
 } rumo_plan;
 
 typedef struct rumo_controller rumo_controller;

@@ -115,8 +115,9 @@ static double straying(const rumo_controller *c) {
 static int linearize(rumo_controller *c, int shift) {
     const dims s = dims_of(&c->problem.sizes);
     const double *scales = c->problem.input_scales;
-    if (!linearize_stages(c)) return 0;
+    const int usable = linearize_stages(c);
     c->linearized_at = seconds_now();
+    if (!usable) return 0;
     spread(&s, &c->map, c->map_row, c->maps, c->c.stages);
     respond(&s, &c->map, c->end_of_A, c->maps, scales, gate_stages(&s), &c->c);
     c->straying = straying(c);

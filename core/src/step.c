@@ -26,8 +26,11 @@ static void advance_guess(rumo_controller *c) {
 
 static void prepare(rumo_controller *c) {
     const double start = seconds_now();
-    if (c->has_guess) c->has_guess = linearize(c, !c->resting);
-    c->linearize_seconds = c->has_guess ? c->linearized_at - start : 0.0;
+    c->linearize_seconds = NAN;
+    if (c->has_guess) {
+        c->has_guess = linearize(c, !c->resting);
+        c->linearize_seconds = c->linearized_at - start;
+    }
     if (c->has_guess) {
         /* A plan made from a wild measurement would keep misleading its successors. */
         const int strayed = !(c->straying < STRAYED);

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rumo.errors import ArgumentError, ShapeError
+from rumo.errors import ArgumentError, ShapeError, UnknownNameError
 
 T = TypeVar("T")
 
@@ -75,3 +75,12 @@ def checked(value: object, argument: str, kind: type[T], cure: str = "") -> T:
         shown = value.__name__ if isinstance(value, type) else repr(value)
         raise ArgumentError(argument, shown, f"a rumo.{kind.__name__}", cure)
     return value
+
+
+def known_names(names: Collection[str], argument: str, known: Collection[str]) -> None:
+    """Raises unless there is a name, and all are known."""
+    if not names:
+        raise ArgumentError(argument, "none", f"some of {', '.join(known)}")
+    for name in names:
+        if name not in known:
+            raise UnknownNameError(argument, name, list(known))

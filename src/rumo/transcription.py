@@ -234,7 +234,7 @@ class Transcription:
         Raises
         ------
         numpy.linalg.LinAlgError
-            If the linearised equations are singular or give no finite numbers.
+            If the linearised equations are singular or give no finite numbers, or Newton's method does not converge.
         """
         w, sensitivity = np.r_[x, self.inner_between(x, x)], np.zeros((self.unknowns, len(x)))
         given = self.given(self.problem.parameters)[0] if p is None else p
@@ -246,8 +246,8 @@ class Transcription:
             if not np.isfinite(w).all():
                 raise np.linalg.LinAlgError("Newton's method left the finite numbers")
             if (np.abs(correction) <= NEWTON_TOLERANCE * (1.0 + np.abs(w).max())).all():
-                break
-        return w, sensitivity
+                return w, sensitivity
+        raise np.linalg.LinAlgError(f"Newton's method has not converged after {NEWTON_ITERATIONS} iterations")
 
     def _interval(self) -> Any:
         """All substeps of an interval; its unknowns are those of the last substep, then those of the ones before."""

@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 
-from rumo.discretization.stability import growth as growth_of
-from rumo.discretization.stability import stable_substeps
+from rumo.discretization.stability import stability_function, stable_step, stable_substeps
 from rumo.registry import DISCRETIZATIONS
 
 FAST = -1e6
 
 
 def growth(name, product):
-    return growth_of(DISCRETIZATIONS[name](), [product])[0]
+    return stability_function(DISCRETIZATIONS[name](), [product])[0]
 
 
 @pytest.mark.parametrize("name", DISCRETIZATIONS)
@@ -77,3 +76,11 @@ def test_implicit_schemes_need_no_substeps_and_undamped_modes_few():
     assert stable_substeps(DISCRETIZATIONS["radau2"](), [FAST + 0.0j]) == 1
     # A mode that hardly decays: explicit Euler needs |1 + z / m| <= 1.
     assert stable_substeps(DISCRETIZATIONS["explicit-euler"](), [-0.1 + 2.0j]) == 21
+
+
+def test_largest_stable_step():
+    rk4, euler = DISCRETIZATIONS["rk4"](), DISCRETIZATIONS["explicit-euler"]()
+    assert stable_step(rk4, [-0.034 + 0.0j, -0.001 + 0.0j]) == pytest.approx(2.785293563405282 / 0.034, rel=1e-6)
+    assert stable_step(euler, [-0.1 + 2.0j]) == pytest.approx(0.2 / (0.01 + 4.0), rel=1e-6)
+    assert stable_step(euler, [1.0 + 0.0j]) == np.inf
+    assert stable_step(DISCRETIZATIONS["gauss2"](), [FAST + 0.0j]) == np.inf

@@ -30,3 +30,25 @@ def test_same_commands(delay):
         np.testing.assert_allclose(controller.applied, applied, rtol=0.0, atol=1e-9)
         commands.append(controller.step(x, wanted).command.values)
     np.testing.assert_allclose(commands, log.commanded.values[first : first + len(commands)], rtol=0.0, atol=1e-9)
+
+
+def test_references_are_those_that_simulate_takes():
+    problem = pendulum()
+    controller = rumo.RealTimeIteration(problem, backend="portable")
+    log = rumo.simulate(controller, problem.model, [0.1, 0.0], {"angle": 0.3}, 0.5)
+    for reference in ({"angle": 0.3}, lambda times: {"angle": 0.3}):
+        np.testing.assert_array_equal(recorded(problem, log, reference).reference, np.full((10, 13, 1), 0.3))
+    with pytest.raises(rumo.ArgumentError, match=r"log: got 2 samples, expected at least 3, with this delay\."):
+        recorded(pendulum(delay=3), log.isel(time=slice(0, 2)), {"angle": 0.3})
+
+
+def test_times_of_a_replay():
+    problem = pendulum()
+    controller = rumo.RealTimeIteration(problem, backend="portable")
+    log = rumo.simulate(controller, problem.model, [0.1, 0.0], {"angle": 0.3}, 1.0)
+    recording = recorded(problem, log, {"angle": 0.3})
+    controller.reset()
+    linearize, prepare, feedback = controller.replay(recording.x, recording.reference, recording.applied).T
+    assert len(linearize) == 20
+    assert (linearize <= prepare).all()
+    assert (np.r_[linearize, prepare, feedback] > 0.0).all()

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import platform
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from rumo.report.machine import machine
 from rumo.report.tables import Table
 from rumo.signals import Array
 
@@ -48,17 +46,6 @@ def _percentiles(times: Array) -> dict[str, dict[str, float]]:
 
 def _percentiles_of(values: Array) -> dict[str, float]:
     return {name: float(np.percentile(values, share)) for name, share in PERCENTILES.items()}
-
-
-def machine() -> dict[str, Any]:
-    """Processor, cores and system."""
-    name = platform.processor() or platform.machine()
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        name = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        pass
-    return {"processor": name, "cores": os.cpu_count(), "system": f"{platform.system()} {platform.machine()}"}
 
 
 def percentile_table(content: Mapping[str, Any]) -> Table:

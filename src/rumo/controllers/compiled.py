@@ -103,7 +103,7 @@ class CompiledRti(RealTimeIteration):
         Returns
         -------
         ndarray, shape (n, 3)
-            Time of linearisation, of the preparation that it belongs to, and of feedback [s].
+            Time of linearisation (NaN without a guess), of the preparation that it belongs to, and of feedback [s].
         """
         times = np.zeros((len(x), 3))
         data = [np.ascontiguousarray(array, dtype=float) for array in (x, reference, applied)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rumo.discretization.stability import modes
+from rumo.discretization.stability import eigenvalues
 from rumo.plan import SLACK_TOLERANCE, Plan
 from rumo.problem import Problem
 from rumo.signals import Array, NamedArray
@@ -89,7 +89,7 @@ def local_error(transcription: Transcription, plan: Plan, parameters: Array) -> 
 def _stiffness(problem: Problem, plan: Plan, parameters: Array) -> Array:
     """Largest |lambda| dt of each interval (N,), algebraic variables eliminated."""
     variables = np.hstack([plan.x.values[1:], plan.z.values])
-    return np.abs(modes(problem.model, variables, plan.u.values, parameters)).max(axis=1) * problem.steps
+    return np.abs(eigenvalues(problem.model, variables, plan.u.values, parameters)).max(axis=1) * problem.steps
 
 
 def _active(problem: Problem, plan: Plan) -> Iterator[tuple[str, int]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -13,23 +14,22 @@ from rumo.signals import Array, NamedSymbols
 
 # A mode grows if it is more than this much larger after a substep.
 GROWTH = 1e-9
+PRECISION = 1e-7
+"""Of a stable step, relative."""
 
 
-def modes(model: Model, xz: Array, u: Array, p: Array) -> np.ndarray:
-    """Rates lambda [1/s] of the model's modes (n, nx), at states and algebraic variables (n, nx + nz).
+def eigenvalues(model: Model, xz: Array, u: Array, p: Array) -> np.ndarray:
+    """Eigenvalues lambda [1/s] of a model's Jacobian (n, nx), complex, algebraic variables eliminated.
 
-    Eigenvalues of its Jacobian; inputs (n, nu) and parameters (n, np_) or (np_,).
+    At states and algebraic variables (n, nx + nz), inputs (n, nu), parameters (n, np_) or (np_,).
     """
     jacobian, parameters = model.jacobian(), np.broadcast_to(p, (len(xz), len(model.parameters)))
     points = zip(xz, u, parameters, strict=True)
     return np.array([np.linalg.eigvals(jacobian(*point).full()) for point in points], dtype=complex)
 
 
-def growth(scheme: Discretization, products: Sequence[complex]) -> np.ndarray:
-    """End over beginning of a mode `xdot = lambda x` after one substep, for each product of lambda and step.
-
-    The stability function R of the scheme, complex.
-    """
+def stability_function(scheme: Discretization, products: Sequence[complex]) -> np.ndarray:
+    """R(z), complex: end over beginning of a mode `xdot = lambda x` after one substep h, for each z = lambda h."""
 
     def rates(x: NamedSymbols, u: NamedSymbols, p: NamedSymbols) -> dict[str, object]:
         # Two real states are one complex one; the rate is an input, so that one function does for all.
@@ -48,19 +48,27 @@ def growth(scheme: Discretization, products: Sequence[complex]) -> np.ndarray:
     return ends[:, 0] + 1j * ends[:, 1]
 
 
-def stable_substeps(scheme: Discretization, products: Sequence[complex]) -> int:
-    """The smallest number of substeps with which no decaying mode grows, from products of lambda and interval."""
-    decaying = np.array([product for product in products if product.real < 0.0], dtype=complex)
+def stable_step(scheme: Discretization, rates: Sequence[complex]) -> float:
+    """The largest substep [s] with which no mode of these rates [1/s] grows that should decay; infinite if any is."""
+    decaying: Any = np.array([rate for rate in rates if rate.real < 0.0], dtype=complex)
 
-    def stable(substeps: int) -> bool:
-        return bool((np.abs(growth(scheme, (decaying / substeps).tolist())) <= 1.0 + GROWTH).all())
+    def stable(step: float) -> bool:
+        return bool((np.abs(stability_function(scheme, (decaying * step).tolist())) <= 1.0 + GROWTH).all())
 
     if scheme.a_stable or not len(decaying):
-        return 1
-    few, many = 0, 1
-    while not stable(many):
-        few, many = many, 2 * many
-    while many - few > 1:
-        middle = (few + many) // 2
-        few, many = (few, middle) if stable(middle) else (middle, many)
-    return many
+        return np.inf
+    step = 1.0 / np.abs(decaying).max()  # of all explicit schemes' order of magnitude
+    while not stable(step):
+        step /= 2.0
+    while stable(2.0 * step):
+        step *= 2.0
+    beyond = 2.0 * step
+    while beyond - step > PRECISION * step:
+        middle = (step + beyond) / 2.0
+        step, beyond = (middle, beyond) if stable(middle) else (step, middle)
+    return step
+
+
+def stable_substeps(scheme: Discretization, products: Sequence[complex]) -> int:
+    """The smallest number of substeps with which no mode grows, from products of rates and interval."""
+    return max(1, int(np.ceil((1.0 - PRECISION) / stable_step(scheme, products))))

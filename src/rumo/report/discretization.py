@@ -9,10 +9,13 @@ import numpy as np
 
 from rumo.registry import DISCRETIZATIONS
 from rumo.report.charts import Chart, Panels
+from rumo.report.machine import machine
 from rumo.report.page import Section
 from rumo.report.tables import Table, number
-from rumo.studies.discretization import CaseResult, DiscretizationStudy, Outcome
-from rumo.studies.one_mode import decays
+from rumo.signals import Array
+from rumo.status import Status
+from rumo.studies.discretization import CaseResult, DiscretizationStudy, Outcome, Results
+from rumo.studies.one_mode import INTERVALS, PRODUCTS
 
 LABELS = {
     "implicit-euler": "Implicit Euler",
@@ -31,15 +34,21 @@ FAST = -1e6
 SHARES = (0.1, 0.01, 0.001, 1e-4)
 """Of the outputs' range along the horizon: accuracies to ask for."""
 FORGOTTEN = 0.01
-"""A scheme that leaves more of a kick has not forgotten it."""
+"""A scheme that leaves more of a perturbation has not forgotten it."""
+ROUNDING = 1e-15
+"""Errors below are not shown."""
 
 
-def summary(study: DiscretizationStudy, results: Mapping[str, CaseResult]) -> dict[str, Any]:
-    """Content of `summary.json`; None stands for what is not finite."""
-    left = decays(study.schemes, np.array([FAST]))
+def summary(study: DiscretizationStudy, results: Results) -> dict[str, Any]:
+    """Content of `summary.json`; None stands for what is not finite.
+
+    `abs_r` is |R(z)| at the z of `abs_r_at`; `following_error` and `observed_order` are those of the model of Prothero
+    and Robinson, by its rate.
+    """
+    at_fast = int(np.argmin(np.abs(PRODUCTS - FAST)))
     return {
         "study": "discretization",
-        "backend": study.backend,
+        "machine": machine(),
         "schemes": {
             name: {
                 "title": LABELS[name],
@@ -47,21 +56,36 @@ def summary(study: DiscretizationStudy, results: Mapping[str, CaseResult]) -> di
                 "a_stable": DISCRETIZATIONS[name].a_stable,
                 "l_stable": DISCRETIZATIONS[name].l_stable,
                 "explicit": DISCRETIZATIONS[name].explicit,
-                "left_of_a_fast_mode": float(left[name][0]),
+                "abs_r_at_minus_1e6": float(results.damping[name][at_fast]),
+                "abs_r": results.damping[name].tolist(),
+                "following_error": {
+                    f"{rate:g}": e[name].tolist() for rate, e in results.following.items() if name in e
+                },
+                "observed_order": {f"{rate:g}": _order(e[name]) for rate, e in results.following.items() if name in e},
             }
             for name in study.schemes
         },
-        "cases": {name: _case(result) for name, result in results.items()},
+        "abs_r_at": PRODUCTS.tolist(),
+        "following_intervals": list(INTERVALS),
+        "cases": {name: _case(result) for name, result in results.cases.items()},
     }
+
+
+def _order(errors: Array) -> float:
+    """Slope of the errors over the step, where they are not rounding."""
+    seen = errors > 10.0 * ROUNDING
+    return float(-np.polyfit(np.log(np.array(INTERVALS)[seen]), np.log(errors[seen]), 1)[0])
 
 
 def _case(result: CaseResult) -> dict[str, Any]:
     return {
         "title": result.case.title,
+        "backend": result.backend,
         "length_s": result.case.length,
         "outputs": list(result.case.outputs),
         "unit": result.case.unit,
         "span": result.span,
+        "error_floor": result.floor,
         "fastest_rate_1_s": result.rate,
         "largest_stable_step_s": dict(result.stable_steps),
         "error_with_a_tenth_fewer_substeps": {name: _finite(error) for name, error in result.errors_beyond.items()},
@@ -70,21 +94,21 @@ def _case(result: CaseResult) -> dict[str, Any]:
 
 
 def _outcome(outcome: Outcome) -> dict[str, Any]:
-    linearize, prepare, feedback = outcome.times_us
+    accuracy, times = outcome.accuracy, outcome.times
     return {
         "scheme": outcome.scheme,
         "step_s": outcome.step,
         "intervals": outcome.intervals,
         "substeps": outcome.substeps,
-        "error": _finite(outcome.error.outputs),
-        "state_error": _finite(outcome.error.states),
-        "kick_left": _finite(outcome.error.kick_left),
+        "error": _finite(accuracy.outputs),
+        "state_error": _finite(accuracy.states),
+        "perturbation_left": _finite(accuracy.perturbation_left),
         "closed_loop_rms": outcome.rms,
         "status_counts": dict(outcome.statuses),
-        "linearize_us": linearize,
-        "prepare_us": prepare,
-        "feedback_us": feedback,
-        "total_us": prepare + feedback,
+        "linearize_us": times.linearize,
+        "prepare_us": times.prepare,
+        "feedback_us": times.feedback,
+        "total_us": times.prepare + times.feedback,
     }
 
 
@@ -95,13 +119,13 @@ def _finite(value: float) -> float | None:
 def properties_table(content: Mapping[str, Any]) -> Table:
     """What each scheme declares, and what it leaves of a fast mode; and its largest stable step in each case."""
     cases = content["cases"].values()
-    heads = ["", "Order", "A-stable", "L-stable", "Left of a\nfast mode", *(f"{case['title']}" for case in cases)]
+    heads = ["", "Order", "A-stable", "L-stable", "|R(-1e6)|", *(f"{case['title']}" for case in cases)]
     rows = [
         [
             scheme["title"],
             str(scheme["order"]),
             *("yes" if scheme[key] else "no" for key in ("a_stable", "l_stable")),
-            f"{scheme['left_of_a_fast_mode']:.0e}" if abs(scheme["left_of_a_fast_mode"] - 1.0) > 1e-3 else "1",
+            f"{scheme['abs_r_at_minus_1e6']:.0e}" if abs(scheme["abs_r_at_minus_1e6"] - 1.0) > 1e-3 else "1",
             *(_duration(case["largest_stable_step_s"].get(name)) for case in cases),
         ]
         for name, scheme in content["schemes"].items()
@@ -125,20 +149,20 @@ def outcome_table(case: Mapping[str, Any], schemes: Mapping[str, Any]) -> Table:
         "Intervals x\nsubsteps",
         f"Error{unit}",
         "of the\nrange [%]",
-        "Kick\nleft [%]",
+        "Perturbation\nleft [%]",
         f"Closed loop\nRMS{unit}",
         "Linearise\n[us]",
         "Step\n[us]",
     ]
     rows: list[list[str]] = []
     for outcome in case["outcomes"]:
-        error, left = outcome["error"], outcome["kick_left"]
+        error, left = outcome["error"], outcome["perturbation_left"]
         rows.append(
             [
                 schemes[outcome["scheme"]]["title"],
                 f"{outcome['step_s']:g} s",
                 f"{outcome['intervals']} x {outcome['substeps']}",
-                "-" if error is None else f"{error:.1e}",
+                "-" if error is None else _error(error, case["error_floor"]),
                 "-" if error is None else _percent(error / case["span"]),
                 "-" if left is None else _percent(left),
                 number(outcome["closed_loop_rms"]),
@@ -147,6 +171,10 @@ def outcome_table(case: Mapping[str, Any], schemes: Mapping[str, Any]) -> Table:
             ]
         )
     return Table(heads, rows)
+
+
+def _error(error: float, floor: float) -> str:
+    return f"{error:.1e}" if error > floor else f"< {floor:.0e}"
 
 
 def _percent(share: float) -> str:
@@ -163,8 +191,8 @@ def cheapest(case: Mapping[str, Any], share: float) -> Mapping[str, Any] | None:
         for outcome in case["outcomes"]
         if outcome["error"] is not None
         and outcome["error"] <= share * case["span"]
-        and outcome["kick_left"] <= FORGOTTEN
-        and set(outcome["status_counts"]) <= {"OPTIMAL", "SOFT_VIOLATED"}
+        and outcome["perturbation_left"] <= FORGOTTEN
+        and all(Status[status].solved for status in outcome["status_counts"])
     ]
     return min(good, key=lambda outcome: outcome["total_us"], default=None)
 
@@ -186,10 +214,31 @@ def cheapest_table(content: Mapping[str, Any]) -> Table:
     return Table(["Error below", *(f"{100.0 * share:g} %" for share in SHARES)], rows)
 
 
-def find(case: Mapping[str, Any], scheme: str, step: float | None = None) -> Mapping[str, Any] | None:
-    """The outcome of a scheme, with intervals of a length [s] or else with the cheapest step; None if not tried."""
-    tried = [o for o in case["outcomes"] if o["scheme"] == scheme and step in (None, o["step_s"])]
-    return min(tried, key=lambda outcome: outcome["total_us"], default=None)
+def order_table(content: Mapping[str, Any]) -> Table:
+    """Declared orders, and those observed on one mode that follows a sine."""
+    schemes = content["schemes"].values()
+    rates = list(dict.fromkeys(rate for scheme in schemes for rate in scheme["following_error"]))
+    middle = len(content["following_intervals"]) // 2
+    step = f"1/{content['following_intervals'][middle]} s"
+    rows: list[list[str]] = []
+    for scheme in schemes:
+        orders, errors = scheme["observed_order"], scheme["following_error"]
+        rows.append(
+            [
+                scheme["title"],
+                str(scheme["order"]),
+                *(f"{orders[rate]:.1f}" if rate in orders else "-" for rate in rates),
+                *(f"{errors[rate][middle]:.1e}" if rate in errors else "-" for rate in rates),
+            ]
+        )
+    heads = [f"Observed,\nrate {float(rate):,.0f} 1/s" for rate in rates]
+    heads += [f"Error, step {step},\nrate {float(rate):,.0f} 1/s" for rate in rates]
+    return Table(["", "Order", *heads], rows)
+
+
+def find(case: Mapping[str, Any], scheme: str, step: float) -> Mapping[str, Any] | None:
+    """The outcome of a scheme with intervals of a length [s]; None if not tried."""
+    return next((o for o in case["outcomes"] if o["scheme"] == scheme and o["step_s"] == step), None)
 
 
 def findings(content: Mapping[str, Any]) -> list[str]:
@@ -204,10 +253,10 @@ def _findings_of(case: Mapping[str, Any]) -> list[str]:
     euler, radau, rk4 = find(case, "implicit-euler", fine), find(case, "radau2", coarse), find(case, "rk4", fine)
     sentences: list[str] = []
     if euler is not None and rk4 is not None:
+        linearise, whole = (_times(rk4[key] / euler[key]) for key in ("linearize_us", "total_us"))
         sentences.append(
-            f"{case['title']}: RK4 needs {rk4['substeps']} substeps in an interval of {fine:g} s to be stable; its "
-            f"linearisation takes {_times(rk4['linearize_us'] / euler['linearize_us'])} as long as implicit Euler's, "
-            f"its step {_times(rk4['total_us'] / euler['total_us'])}."
+            f"{case['title']}: RK4 needs {_counted(rk4['substeps'], 'substep')} in an interval of {fine:g} s to be "
+            f"stable; its linearisation takes {linearise} as long as implicit Euler's, its step {whole}."
         )
     if euler is not None and radau is not None and None not in (euler["error"], radau["error"]):
         sentences.append(
@@ -216,6 +265,10 @@ def _findings_of(case: Mapping[str, Any]) -> list[str]:
             f"{euler['total_us']:.3g} us."
         )
     return sentences
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _times(ratio: float) -> str:
@@ -231,6 +284,7 @@ def discretization_sections(content: Mapping[str, Any], figures: Sequence[Chart 
         Section("The cheapest step for an accuracy", [CHEAPEST, cheapest_table(content)]),
         Section("What the figures say", findings(content)),
         Section("Stability", [STABILITY, properties_table(content)]),
+        Section("Order", [ORDER, order_table(content)]),
         Section("Figures", figures),
         *every_case,
     ]
@@ -238,10 +292,11 @@ def discretization_sections(content: Mapping[str, Any], figures: Sequence[Chart 
 
 CHEAPEST = (
     "Error of the predicted outputs over the horizon, against CVODES, as a share of their range; time of preparation "
-    "and feedback. Left out: schemes that keep a small error of a fast state, or more than "
-    f"{100.0 * FORGOTTEN:g} % of it, until the end of the horizon."
+    f"and feedback. Only schemes that forget all but {100.0 * FORGOTTEN:g} % of a small error of a fast state within "
+    "the horizon, and whose closed loop was solved at every step."
 )
 STABILITY = (
-    f"What is left of a mode after one step with lambda h = {FAST:.0e}, and the largest step with which no mode grows "
-    "in a case. Explicit schemes are given as many substeps as that takes."
+    "|R(-1e6)| is what one step leaves of a mode that is a million times faster; below each case the largest step with "
+    "which none of its modes grows. Explicit schemes are given as many substeps as that takes."
 )
+ORDER = "One state that follows a sine: as slow as the sine, and a million times faster (Prothero and Robinson, 1974)."

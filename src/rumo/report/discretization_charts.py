@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from rumo.registry import DISCRETIZATIONS
 from rumo.report.charts import Chart, Line, Look, Panels
-from rumo.report.discretization import LABELS
-from rumo.studies.one_mode import decays, following_errors
+from rumo.report.discretization import LABELS, ROUNDING
 
 LOOKS = {
     "implicit-euler": Look("#000000", "solid", 1.2, "circle"),
@@ -26,11 +26,6 @@ LOOKS = {
 }
 """L-stable schemes are black, blue and green; those that are only A-stable orange; explicit ones dotted."""
 
-RATES = (1.0, 1e6)
-INTERVALS = (4, 8, 16, 32, 64, 128)
-ROUNDING = 1e-15
-"""Errors below are not shown."""
-
 
 def discretization_figures(content: Mapping[str, Any]) -> list[Chart | Panels]:
     """Figures of a summary: work and precision, closed loop, decay of a mode, order reduction."""
@@ -45,8 +40,16 @@ def discretization_figures(content: Mapping[str, Any]) -> list[Chart | Panels]:
 
     error, step = "Error of the prediction", "Time of a step [us]"
     return [
-        panels("work-precision", f"{error} against time", "total_us", step, "error", "Error", schemes),
-        panels("work-precision-implicit", f"{error}, implicit schemes", "total_us", step, "error", "Error", implicit),
+        panels("work-precision", f"{error} against the time of a step", "total_us", step, "error", "Error", schemes),
+        panels(
+            "work-precision-implicit",
+            f"{error} against the time of a step, implicit schemes",
+            "total_us",
+            step,
+            "error",
+            "Error",
+            implicit,
+        ),
         panels(
             "linearisation",
             f"{error} against the time to linearise the horizon",
@@ -66,8 +69,8 @@ def discretization_figures(content: Mapping[str, Any]) -> list[Chart | Panels]:
             "RMS",
             schemes,
         ),
-        decay_chart(schemes),
-        order_panels(schemes),
+        damping_chart(content),
+        order_panels(content),
     ]
 
 
@@ -78,44 +81,39 @@ def _heading(case: Mapping[str, Any]) -> str:
 def _lines(case: Mapping[str, Any], schemes: Sequence[str], x: str, y: str) -> tuple[Line, ...]:
     lines: list[Line] = []
     for name in schemes:
-        points = [(o[x], o[y]) for o in case["outcomes"] if o["scheme"] == name and o[y] is not None]
+        least = case["error_floor"] if y == "error" else 0.0
+        points = [(o[x], max(o[y], least)) for o in case["outcomes"] if o["scheme"] == name and o[y] is not None]
         if points:
             across, up = np.array(points).T
             lines.append(Line(LABELS[name], across, up, LOOKS[name]))
     return tuple(lines)
 
 
-def decay_chart(schemes: Sequence[str]) -> Chart:
+def damping_chart(content: Mapping[str, Any]) -> Chart:
     """What one step leaves of a decaying mode."""
-    products = np.logspace(-1.0, 6.0, 141)
-    left = decays(schemes, -products)
-    shown = {name: (values <= 3.0) & (values >= 1e-7) for name, values in left.items()}
+    products, lines = -np.array(content["abs_r_at"]), list[Line]()
+    for name, scheme in content["schemes"].items():
+        left = np.array(scheme["abs_r"])
+        shown = (left <= 3.0) & (left >= 1e-7)
+        lines.append(Line(LABELS[name], products[shown], left[shown], replace(LOOKS[name], marker="")))
     return Chart(
-        "decay",
+        "damping",
         "What one step leaves of a decaying mode",
         "Rate of the mode times length of the step [1]",
-        "Left after the step [1]",
-        tuple(
-            Line(LABELS[name], products[shown[name]], values[shown[name]], _without_marker(LOOKS[name]))
-            for name, values in left.items()
-        ),
+        "|R| [1]",
+        tuple(lines),
         logarithmic="xy",
     )
 
 
-def _without_marker(look: Look) -> Look:
-    return Look(look.color, look.dash, look.width)
-
-
-def order_panels(schemes: Sequence[str]) -> Panels:
+def order_panels(content: Mapping[str, Any]) -> Panels:
     """Error of one mode that follows a sine, slow and fast."""
-    panels: list[tuple[str, tuple[Line, ...]]] = []
-    for rate in RATES:
-        able = [name for name in schemes if rate <= RATES[0] or not DISCRETIZATIONS[name].explicit]
-        lines: list[Line] = []
-        for name, errors in following_errors(able, rate, INTERVALS).items():
-            seen = errors > ROUNDING
-            lines.append(Line(LABELS[name], 1.0 / np.array(INTERVALS)[seen], errors[seen], LOOKS[name]))
-        panels.append((f"Rate {rate:,.0f} 1/s", tuple(lines)))
+    lines: dict[str, list[Line]] = {}
+    for name, scheme in content["schemes"].items():
+        for rate, errors in scheme["following_error"].items():
+            error, steps = np.array(errors), 1.0 / np.array(content["following_intervals"])
+            seen = error > ROUNDING
+            lines.setdefault(rate, []).append(Line(LABELS[name], steps[seen], error[seen], LOOKS[name]))
+    panels = tuple((f"Rate {float(rate):,.0f} 1/s", tuple(of_rate)) for rate, of_rate in lines.items())
     title = "Error of a state that follows a sine at a given rate"
-    return Panels("order", title, "Step [s]", "Largest error", tuple(panels), height=2.8, logarithmic="xy")
+    return Panels("order", title, "Step [s]", "Largest error", panels, height=2.8, logarithmic="xy")

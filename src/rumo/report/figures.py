@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from rumo.report.charts import COLUMNS, LIMIT, Chart, Line, Panels, bins
 
 if TYPE_CHECKING:
@@ -24,7 +26,7 @@ MARKERS = {
     "star": "*",
 }
 LEGEND_COLUMNS = 5
-FEW_DECADES = 300.0
+FEW_DECADES = 2.5
 STYLE: Any = {
     "figure.figsize": (7.0, 3.6),
     "figure.dpi": 150,
@@ -120,7 +122,7 @@ def _scale(axes: Any, content: Chart | Panels) -> None:
         getattr(axes, f"set_{name}scale")("log")
         axis = getattr(axes, f"{name}axis")
         low, high = axis.get_view_interval()
-        if high < FEW_DECADES * low:  # powers of ten alone would be too few
+        if np.log10(high / low) < FEW_DECADES:  # powers of ten alone would be too few
             axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axis.set_major_formatter(FormatStrFormatter("%g"))
         axis.set_minor_formatter(NullFormatter())

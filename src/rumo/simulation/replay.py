@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rumo.errors import ArgumentError
 from rumo.problem import Problem
-from rumo.references import Reference
+from rumo.references import Reference, constant
 from rumo.signals import Array
 
 if TYPE_CHECKING:
@@ -40,7 +42,7 @@ class Recording:
         return len(self.x)
 
 
-def recorded(problem: Problem, log: xr.Dataset, reference: Reference) -> Recording:
+def recorded(problem: Problem, log: xr.Dataset, reference: Reference | Mapping[str, float]) -> Recording:
     """What the controller of a log was told, at all samples for which the log knows the inputs already decided.
 
     Parameters
@@ -49,17 +51,28 @@ def recorded(problem: Problem, log: xr.Dataset, reference: Reference) -> Recordi
         That it solved.
     log : xarray.Dataset
         From `simulate`.
-    reference : callable
-        That it followed.
+    reference : callable or mapping of str to float
+        That it followed, as `simulate` takes it.
+
+    Raises
+    ------
+    ArgumentError
+        If the log is too short to know any.
     """
     # With a delay, the inputs already decided are those applied from now on; without, the last that was applied.
     decided, first = max(problem.delay, 1), 0 if problem.delay else 1
     samples = np.arange(first, log.sizes["time"] - decided + 1)
-    windows = [reference(log["time"].to_numpy()[k] + problem.times) for k in samples]
-    inputs = log["applied"].to_numpy()
+    if not len(samples):
+        raise ArgumentError("log", f"{log.sizes['time']} samples", f"at least {first + decided}, with this delay")
+    follow = constant(reference) if isinstance(reference, Mapping) else reference
+    windows = [follow(log["time"].to_numpy()[k] + problem.times) for k in samples]
+    shape, inputs = (len(samples), len(problem.times)), log["applied"].to_numpy()
+    outputs = [
+        np.reshape([np.broadcast_to(window[name], shape[1:]) for window in windows], shape) for name in problem.outputs
+    ]
     return Recording(
         problem,
         log["estimated"].to_numpy()[samples].copy(),
-        np.array([np.column_stack([window[name] for name in problem.outputs]) for window in windows]),
+        np.stack(outputs, axis=-1),
         np.array([inputs[k - first : k - first + decided] for k in samples]),
     )

@@ -27,18 +27,18 @@ class Case:
     title : str
         In words.
     steps : tuple of float
-        Interval lengths to try [s], each a multiple of the next.
+        Interval lengths to try [s], at least three, each a multiple of the next.
     length : float
         Of the horizon [s].
     start : mapping of str to float
         State one interval before the prediction begins; what is fast has settled until then.
     inputs : callable
-        Time [s] -> inputs (nu,), held over the longest intervals, that are predicted with.
+        Time [s] -> inputs (nu,) of the prediction, held over the longest intervals.
     outputs : tuple of str
         States whose error is measured: the distance in them.
     unit : str
         Of the outputs.
-    kick : mapping of str to float
+    perturbation : mapping of str to float
         A small error of a measured state, which the true system forgets in no time.
     control : callable
         (N, sampling time [s]) -> the problem of the closed loop.
@@ -57,7 +57,7 @@ class Case:
     inputs: Callable[[float], Array]
     outputs: tuple[str, ...]
     unit: str
-    kick: Mapping[str, float]
+    perturbation: Mapping[str, float]
     control: Callable[[int, float], Problem]
     reference: Reference
     duration: float
@@ -94,7 +94,7 @@ def _bicycle(speed: float) -> Case:
         inputs=lambda t: np.array([60.0 * np.sin(4.0 * t + 0.3), 0.4 * np.cos(5.0 * t)]),
         outputs=("p_x", "p_y"),
         unit="m",
-        kick={"w_r": 0.05},
+        perturbation={"w_r": 0.05},
         control=lambda N, step: replace(study, horizon=N, sampling_time=step).problem(),
         reference=path,
         duration=6.4,
@@ -150,7 +150,7 @@ CASES: dict[str, Callable[[], Case]] = {
         inputs=lambda t: np.array([0.5 + 1.5 * np.sin(5.0 * t)]),
         outputs=("position",),
         unit="1",
-        kick={"speed": 0.1},
+        perturbation={"speed": 0.1},
         control=_oscillator,
         reference=_sine("position", 1.6, 0.2, 3.2),
         duration=6.4,
@@ -163,7 +163,7 @@ CASES: dict[str, Callable[[], Case]] = {
         inputs=lambda t: np.array([14.0 + 6.0 * np.sin(0.004 * t), -1100.0 + 900.0 * np.cos(0.005 * t)]),
         outputs=("c_b",),
         unit="mol/l",
-        kick={"jacket": 1.0},
+        perturbation={"jacket": 1.0},
         control=_reactor,
         reference=_sine("c_b", 1.0, 0.05, 3840.0),
         duration=7680.0,
@@ -176,7 +176,7 @@ CASES: dict[str, Callable[[], Case]] = {
         inputs=lambda t: np.array([0.02 + 0.015 * np.sin(0.15 * t)]),
         outputs=("a",),
         unit="1",
-        kick={"b": 1e-6},
+        perturbation={"b": 1e-6},
         control=_kinetics,
         reference=_sine("a", 0.84, 0.02, 128.0),
         duration=256.0,

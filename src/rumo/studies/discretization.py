@@ -4,34 +4,47 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rumo.checks import known_names
 from rumo.controllers import RealTimeIteration
 from rumo.controllers.compiled import CompiledRti
 from rumo.discretization import Radau2
-from rumo.discretization.stability import modes, stable_substeps
-from rumo.errors import ArgumentError, UnknownNameError
+from rumo.discretization.stability import eigenvalues, stable_step
+from rumo.errors import ArgumentError
 from rumo.registry import DISCRETIZATIONS
 from rumo.signals import Array
 from rumo.simulation import Plant, simulate
 from rumo.simulation.replay import Recording, recorded
 from rumo.studies.cases import CASES, Case
-from rumo.studies.prediction import PredictionError, Truth
+from rumo.studies.one_mode import PRODUCTS, RATES, damping, following_errors
+from rumo.studies.prediction import Accuracy, ReferenceSolution
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ROUNDS, SAMPLES = 5, 200
-"""Replays of a drive to measure with, in turns, and samples in each."""
-MANY_SUBSTEPS, FEW_SAMPLES = 50, 10
-"""With more substeps a step takes milliseconds, and this many samples, once, are enough."""
+ROUNDS, LAPS, SAMPLES = 5, 5, 200
+"""Rounds of replays to measure with, laps of quick controllers in each round, and samples in each lap."""
+MANY_SUBSTEPS, FEW_SAMPLES = 50, 4
+"""With more substeps a step takes milliseconds, and one lap of this many samples is enough."""
+UNSETTLED = 0.25
+"""Share of the closed loop that is not judged, since it is the way from the initial state."""
 BACKENDS = ("auto", "tailored", "portable")
 
 Progress = Callable[[str, int, int], None]
 """Called with (case, schemes and step sizes done, all of them)."""
+
+
+@dataclass(frozen=True)
+class Times:
+    """Medians [us] of the linearisation of a horizon, of the preparation that it belongs to, and of feedback."""
+
+    linearize: float
+    prepare: float
+    feedback: float
 
 
 @dataclass(frozen=True)
@@ -46,24 +59,24 @@ class Outcome:
         Length of an interval [s].
     intervals, substeps : int
         Of the horizon, and of each interval: as few as are stable.
-    error : PredictionError
+    accuracy : Accuracy
         Of the prediction from an exact state.
     rms : float
-        Root mean square distance of the outputs from the reference in closed loop, in the case's unit.
+        Root mean square distance of the outputs from the reference in closed loop, once settled, in the case's unit.
     statuses : mapping of str to int
         Of the steps of the closed loop.
-    times_us : tuple of float
-        Medians [us] of the linearisation of the horizon, of the preparation that it belongs to, and of feedback.
+    times : Times
+        Of a step of the closed loop.
     """
 
     scheme: str
     step: float
     intervals: int
     substeps: int
-    error: PredictionError
+    accuracy: Accuracy
     rms: float
     statuses: Mapping[str, int]
-    times_us: tuple[float, ...] = ()
+    times: Times
 
 
 @dataclass(frozen=True)
@@ -74,24 +87,51 @@ class CaseResult:
     ----------
     case : Case
         What was asked for.
+    backend : str
+        That the controllers had: "tailored" or "portable".
     span : float
         Range of the outputs along the horizon, in the case's unit.
+    floor : float
+        Errors below it are those of the reference solution, in the case's unit.
     rate : float
-        Of its fastest decaying mode, along the exact prediction and all plans of the closed loop [1/s].
+        Of its fastest decaying mode, along the exact prediction and all plans of a closed loop with Radau2 [1/s].
     stable_steps : mapping of str to float
         Largest step [s] with which no mode grows, of each scheme that is not stable with any.
     errors_beyond : mapping of str to float
-        Error of the outputs with a tenth fewer substeps in the longest intervals than the exact prediction needs.
+        Error of the outputs with a tenth fewer substeps in the longest intervals than the exact prediction needs, of
+        each scheme that needs many.
     outcomes : tuple of Outcome
         By scheme, then by step.
     """
 
     case: Case
+    backend: str
     span: float
+    floor: float
     rate: float
     stable_steps: Mapping[str, float]
     errors_beyond: Mapping[str, float]
     outcomes: tuple[Outcome, ...]
+
+
+@dataclass(frozen=True)
+class Results:
+    """What the study found.
+
+    Attributes
+    ----------
+    cases : mapping of str to CaseResult
+        By name.
+    damping : mapping of str to ndarray, shape (n,)
+        |R(z)| of each scheme for each z in `one_mode.PRODUCTS`.
+    following : mapping of float to mapping of str to ndarray
+        Errors of the model of Prothero and Robinson, by rate and scheme, for each number of intervals in
+        `one_mode.INTERVALS`; explicit schemes only where they are stable.
+    """
+
+    cases: Mapping[str, CaseResult]
+    damping: Mapping[str, Array]
+    following: Mapping[float, Mapping[str, Array]]
 
 
 @dataclass(frozen=True)
@@ -118,68 +158,80 @@ class DiscretizationStudy:
     backend: str = "auto"
 
     def __post_init__(self) -> None:
-        for argument, names, known in (
-            ("cases", self.cases, CASES),
-            ("schemes", self.schemes, DISCRETIZATIONS),
-            ("backend", (self.backend,), BACKENDS),
-        ):
-            if not names:
-                raise ArgumentError(argument, "none", f"some of {', '.join(known)}")
-            for name in names:
-                if name not in known:
-                    raise UnknownNameError(argument, name, list(known))
+        known_names(self.cases, "cases", CASES)
+        known_names(self.schemes, "schemes", DISCRETIZATIONS)
+        known_names((self.backend,), "backend", BACKENDS)
 
-    def run(self, progress: Progress | None = None) -> dict[str, CaseResult]:
-        """Predict and drive with every scheme and step size; the results by case."""
-        return {name: self._run(name, progress) for name in self.cases}
+    def run(self, progress: Progress | None = None) -> Results:
+        """Predict and drive with every scheme and step size.
+
+        Raises
+        ------
+        ArgumentError
+            If "auto" is a backend without a clock of its own, by `RUMO_BACKEND`.
+        """
+        slow, fast = RATES
+        stable = [name for name in self.schemes if DISCRETIZATIONS[name].a_stable]
+        following = {slow: following_errors(self.schemes, slow), fast: following_errors(stable, fast)}
+        cases = {name: self._run(name, progress) for name in self.cases}
+        return Results(cases, damping(self.schemes, PRODUCTS), following)
 
     def _run(self, name: str, progress: Progress | None) -> CaseResult:
         case = CASES[name]()
-        truth = Truth(case)
-        rates: Any = np.concatenate([truth.rates.ravel(), _planned_rates(case)])
-        least = {
-            scheme: stable_substeps(DISCRETIZATIONS[scheme](), (rates * case.length).tolist())
-            for scheme in self.schemes
-        }
-        outcomes: list[Outcome] = []
-        replays: list[tuple[CompiledRti, Recording]] = []
-        for scheme in self.schemes:
-            for step in case.steps:
-                substeps = int(np.ceil(least[scheme] / case.intervals(step)))
-                outcome, replay = self._drive(case, truth, scheme, step, substeps)
-                outcomes.append(outcome)
-                replays.append(replay)
-                if progress is not None:
-                    progress(name, len(outcomes), len(self.schemes) * len(case.steps))
-        limited = [scheme for scheme in self.schemes if not DISCRETIZATIONS[scheme].a_stable]
-        longest = max(case.steps)
-        predicted = (truth.rates.ravel() * longest).tolist()
-        too_few = {scheme: int(0.9 * stable_substeps(DISCRETIZATIONS[scheme](), predicted)) for scheme in limited}
+        solution = ReferenceSolution(case)
+        rates: Any = np.concatenate([solution.rates.ravel(), _planned_rates(case)])
+        steps = {scheme: stable_step(DISCRETIZATIONS[scheme](), rates.tolist()) for scheme in self.schemes}
+        controllers: list[CompiledRti] = []
+        recordings: list[Recording] = []
+        logs: list[xr.Dataset] = []
+        accuracies: list[Accuracy] = []
+        tried = [(scheme, step) for scheme in self.schemes for step in case.steps]
+        for scheme, step in tried:
+            discretization = DISCRETIZATIONS[scheme](max(1, int(np.ceil(step / steps[scheme]))))
+            problem = case.problem(step)
+            controller = RealTimeIteration(problem, discretization, backend=self.backend)
+            if not isinstance(controller, CompiledRti):
+                cure = "Unset RUMO_BACKEND, or choose one."
+                raise ArgumentError("backend", repr(controller.backend), "tailored or portable", cure)
+            logs.append(simulate(controller, _plant(case, step), case.start, case.reference, case.duration))
+            controllers.append(controller)
+            recordings.append(recorded(problem, logs[-1], case.reference))
+            accuracies.append(solution.accuracy(discretization, step))
+            if progress is not None:
+                progress(name, len(logs), len(tried))
+        outcomes = [
+            Outcome(
+                scheme,
+                step,
+                case.intervals(step),
+                controller.transcription.discretization.substeps,
+                accuracy,
+                _rms(case, log),
+                Counter(str(status) for status in log["status"].to_numpy()),
+                times,
+            )
+            for (scheme, step), controller, accuracy, log, times in zip(
+                tried, controllers, accuracies, logs, _times(controllers, recordings), strict=True
+            )
+        ]
         return CaseResult(
             case,
-            truth.span,
+            controllers[0].backend,
+            solution.span,
+            solution.floor,
             float(-rates.real.min()),
-            {scheme: case.length / least[scheme] for scheme in limited},
-            {
-                scheme: truth.error(DISCRETIZATIONS[scheme](n), longest).outputs
-                for scheme, n in too_few.items()
-                if n > 0
-            },
-            tuple(replace(outcome, times_us=us) for outcome, us in zip(outcomes, _times(replays), strict=True)),
+            {scheme: step for scheme, step in steps.items() if np.isfinite(step)},
+            self._errors_beyond(solution),
+            tuple(outcomes),
         )
 
-    def _drive(
-        self, case: Case, truth: Truth, name: str, step: float, substeps: int
-    ) -> tuple[Outcome, tuple[CompiledRti, Recording]]:
-        """Predict, drive, and what to measure times with."""
-        scheme, problem = DISCRETIZATIONS[name](substeps), case.problem(step)
-        controller = RealTimeIteration(problem, scheme, backend=self.backend)
-        assert isinstance(controller, CompiledRti)
-        log = simulate(controller, _plant(case, step), case.start, case.reference, case.duration)
-        statuses = dict(Counter(str(status) for status in log["status"].to_numpy()))
-        error = truth.error(scheme, step)
-        outcome = Outcome(name, step, problem.horizon, substeps, error, _rms(case, log), statuses)
-        return outcome, (controller, recorded(problem, log, case.reference))
+    def _errors_beyond(self, solution: ReferenceSolution) -> dict[str, float]:
+        longest, errors = max(solution.case.steps), {}
+        for name in self.schemes:
+            needed = longest / stable_step(DISCRETIZATIONS[name](), solution.rates.ravel().tolist())
+            if needed >= MANY_SUBSTEPS:
+                errors[name] = solution.accuracy(DISCRETIZATIONS[name](int(0.9 * needed)), longest).outputs
+        return errors
 
 
 def _plant(case: Case, step: float) -> Plant:
@@ -187,31 +239,35 @@ def _plant(case: Case, step: float) -> Plant:
 
 
 def _planned_rates(case: Case) -> np.ndarray:
-    """Of all modes at all states of all plans [1/s], driven with a scheme that is always stable."""
+    """Eigenvalues [1/s] at all states of all plans, driven with a scheme that is always stable and accurate."""
     found: list[np.ndarray] = []
     for step in case.steps:
         controller = RealTimeIteration(case.problem(step), Radau2(), backend="portable")
         log = simulate(controller, _plant(case, step), case.start, case.reference, case.duration)
         states, inputs = (log[f"predicted_{kind}"].to_numpy() for kind in ("states", "inputs"))
-        x, u = np.concatenate(states[:, 1:]), np.concatenate(inputs)
-        found.append(modes(case.model, x, u, case.model.default_parameters).ravel())
+        inputs = np.concatenate([inputs, inputs[:, -1:]], axis=1)  # the last state is one more
+        x, u = np.concatenate(states), np.concatenate(inputs)
+        found.append(eigenvalues(case.model, x, u, case.model.default_parameters).ravel())
     return np.concatenate(found)
 
 
 def _rms(case: Case, log: xr.Dataset) -> float:
     outputs = list(case.outputs)
     distance = log["plant"].sel(plant_state=outputs).to_numpy() - log["reference"].sel(output=outputs).to_numpy()
-    return float(np.sqrt((distance**2).sum(axis=1).mean()))
+    settled = distance[round(UNSETTLED * len(distance)) :]
+    return float(np.sqrt((settled**2).sum(axis=1).mean()))
 
 
-def _times(replays: Sequence[tuple[CompiledRti, Recording]]) -> list[tuple[float, ...]]:
-    """Medians of each controller's times [us]; those that take long are asked once."""
-    medians: list[list[Array]] = [[] for _ in replays]
-    for turn in range(ROUNDS):
-        for (controller, told), found in zip(replays, medians, strict=True):
-            slow = controller.transcription.discretization.substeps > MANY_SUBSTEPS
-            if turn == 0 or not slow:
+def _times(controllers: Sequence[CompiledRti], recordings: Sequence[Recording]) -> list[Times]:
+    """The controllers take turns, so that the machine's moods meet all of them."""
+    medians: list[list[Array]] = [[] for _ in controllers]
+    for _ in range(ROUNDS):
+        for lap in range(LAPS):
+            for controller, told, found in zip(controllers, recordings, medians, strict=True):
+                slow = controller.transcription.discretization.substeps > MANY_SUBSTEPS
+                if slow and lap > 0:
+                    continue
                 n = FEW_SAMPLES if slow else SAMPLES
                 times = controller.replay(told.x[:n], told.reference[:n], told.applied[:n])
-                found.append(1e6 * np.median(times, axis=0))
-    return [tuple(np.median(found, axis=0).tolist()) for found in medians]
+                found.append(1e6 * np.nanmedian(times, axis=0))
+    return [Times(*np.median(found, axis=0).tolist()) for found in medians]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rumo.checks import whole_number
+from rumo.checks import known_names, whole_number
 from rumo.controllers import (
     Controller,
     DirectNlp,
@@ -20,7 +20,7 @@ from rumo.controllers import (
     RealTimeIteration,
 )
 from rumo.controllers.gate import WIDE_GATE
-from rumo.errors import ArgumentError, PlantError, UnknownNameError
+from rumo.errors import ArgumentError, PlantError
 from rumo.estimation import RunningEstimator
 from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
@@ -188,12 +188,8 @@ class FaultStudy:
     base: PaperStudy = BASE
 
     def __post_init__(self) -> None:
-        for argument, names, known in (("controllers", self.controllers, CONTROLLERS), ("faults", self.faults, FAULTS)):
-            if not names:
-                raise ArgumentError(argument, "none", f"some of {', '.join(known)}")
-            for name in names:
-                if name not in known:
-                    raise UnknownNameError(argument, name, known)
+        known_names(self.controllers, "controllers", CONTROLLERS)
+        known_names(self.faults, "faults", FAULTS)
         whole_number(self.count, "count", 1)
         if not SAMPLING_TIME <= self.start < np.inf:
             raise ArgumentError("start", f"{self.start:g} s", f"at least one sample of {SAMPLING_TIME:g} s")

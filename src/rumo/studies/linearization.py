@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rumo.checks import as_list, as_mapping, non_negative_number, positive_number, whole_number
+from rumo.checks import as_list, as_mapping, known_names, non_negative_number, positive_number, whole_number
 from rumo.controllers import Controller, DirectNlp, NlpOptions, RealTimeIteration
 from rumo.controllers.fallback import Trajectory
 from rumo.controllers.policy import Candidate
-from rumo.errors import ArgumentError, PlantError, UnknownNameError
+from rumo.errors import ArgumentError, PlantError
 from rumo.estimation import Estimator
 from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Start(PaperStudy):
+class Drive(PaperStudy):
     """The case study with a car that may point away from its path at first.
 
     Parameters
@@ -44,7 +44,7 @@ class Start(PaperStudy):
         return state | {"psi": state["psi"] + self.heading_error}
 
 
-BASE = Start(weights=CLOSE_WEIGHTS, estimator=None, noise={}, wind=Constant(0.0), initial_error=0.0)
+BASE = Drive(weights=CLOSE_WEIGHTS, estimator=None, noise={}, wind=Constant(0.0), initial_error=0.0)
 """The drive that is made harder: the paper's path and car, but exact measurements, no wind, a start on the path."""
 
 
@@ -94,17 +94,17 @@ class Sweep:
     title: str
     unit: str
     values: tuple[float, ...]
-    drive: Callable[[Start, float], Start]
+    drive: Callable[[Drive, float], Drive]
     check: Callable[[object, str], float] = non_negative_number
 
 
-def _with_curvature(base: Start, curvature: float) -> Start:
+def _with_curvature(base: Drive, curvature: float) -> Drive:
     # A sine path bends most at its crests, by a (2 pi / w)^2.
     wavelength = 2.0 * np.pi * np.sqrt(base.path.amplitude / curvature)
     return replace(base, path=replace(base.path, wavelength=wavelength))
 
 
-def _with_noise(base: Start, scale: float, estimator: Estimator | None) -> Start:
+def _with_noise(base: Drive, scale: float, estimator: Estimator | None) -> Drive:
     noise = {name: scale * deviation for name, deviation in NOISE.items()}
     return replace(base, noise=noise, estimator=estimator, path=replace(base.path, speed=12.0))
 
@@ -149,7 +149,7 @@ SWEEPS: dict[str, Sweep] = {
         partial(_with_noise, estimator=None),
     ),
 }
-"""What can grow, by name; noise at 12 m/s, all else but speed at 8 m/s."""
+"""What can grow, by name. Noise is driven at 12 m/s, all else but speed at the speed of the base, 8 m/s."""
 
 
 Progress = Callable[[str, int, int], None]
@@ -170,7 +170,7 @@ class LinearizationStudy:
         Of noise, the same for every drive.
     duration : float
         Of a drive [s].
-    base : Start
+    base : Drive
         The drive that is made harder. Its controllers, seed and duration are not used.
 
     Raises
@@ -185,16 +185,12 @@ class LinearizationStudy:
     )
     seed: int = 0
     duration: float = 8.0
-    base: Start = BASE
+    base: Drive = BASE
 
     def __post_init__(self) -> None:
         sweeps = as_mapping(self.sweeps, "sweeps")
-        for argument, names, known in (("controllers", self.controllers, CONTROLLERS), ("sweeps", sweeps, SWEEPS)):
-            if not names:
-                raise ArgumentError(argument, "none", f"some of {', '.join(known)}")
-            for name in names:
-                if name not in known:
-                    raise UnknownNameError(argument, name, known)
+        known_names(self.controllers, "controllers", CONTROLLERS)
+        known_names(sweeps, "sweeps", SWEEPS)
         for name, values in sweeps.items():
             argument = f"sweeps[{name!r}]"
             for value in as_list(values, argument, "at least one value"):
@@ -205,7 +201,7 @@ class LinearizationStudy:
         if not 2.0 * sample <= self.duration < np.inf:
             raise ArgumentError("duration", f"{self.duration:g} s", f"at least two samples of {sample:g} s")
 
-    def drive(self, sweep: str, value: float) -> Start:
+    def drive(self, sweep: str, value: float) -> Drive:
         """Settings of one drive."""
         return SWEEPS[sweep].drive(self.base, float(value))
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rumo.errors import ArgumentError, UnknownNameError
+from rumo.checks import known_names
+from rumo.errors import ArgumentError
 from rumo.estimation import Butterworth, Estimator, ExtendedKalman
 from rumo.problem import Problem
 from rumo.references import SinePath
@@ -145,11 +146,7 @@ class PaperStudy:
     tyre: Tyre = TYRE
 
     def __post_init__(self) -> None:
-        if not self.controllers:
-            raise ArgumentError("controllers", "none", f"some of {', '.join(CONTROLLERS)}")
-        for name in self.controllers:
-            if name not in CONTROLLERS:
-                raise UnknownNameError("controllers", name, CONTROLLERS)
+        known_names(self.controllers, "controllers", CONTROLLERS)
         if not self.duration >= self.sampling_time or not np.isfinite(self.duration):
             raise ArgumentError("duration", f"{self.duration:g} s", f"at least one sample of {self.sampling_time:g} s")
 
