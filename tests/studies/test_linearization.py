@@ -25,7 +25,7 @@ from rumo.report.linearization import (
 )
 from rumo.report.plots import plot
 from rumo.status import Status
-from rumo.studies import linearization
+from rumo.studies import paper
 from rumo.studies.linearization import BASE, SWEEPS, LinearizationStudy, StartedNlp
 
 STUDY = LinearizationStudy(sweeps={"initial_error": (0.0, 4.0), "noise": (1.0,)})
@@ -135,7 +135,7 @@ def test_a_plant_that_cannot_be_integrated_is_a_lost_drive(logs, monkeypatch):
     def fail(*arguments, **options):
         raise rumo.PlantError("no", logs["initial_error"]["rti"][0].isel(time=slice(0, 20)))
 
-    monkeypatch.setattr(linearization, "simulate", fail)
+    monkeypatch.setattr(paper, "simulate", fail)
     study = LinearizationStudy(("rti",), {"speed": (30.0,)})
     broken = study.run()
     (run,) = summary(study, broken)["sweeps"]["speed"]["controllers"]["rti"]

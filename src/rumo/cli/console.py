@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -79,6 +79,18 @@ def progress_bars() -> Progress:
         console=Console(stderr=True),
         disable=not sys.stderr.isatty(),
     )
+
+
+def tasks(progress: Progress, names: Iterable[str]) -> Callable[[str, int, int], None]:
+    """A bar for each name; what is returned tells them (name, done, all)."""
+    bars = {name: progress.add_task(name, total=None) for name in names}
+    return lambda name, done, every: progress.update(bars[name], completed=done, total=every)
+
+
+def print_sentences(sentences: Iterable[str]) -> None:
+    """A line for each, however long, on the terminal."""
+    for sentence in sentences:
+        Console().print(sentence, soft_wrap=True, highlight=False)
 
 
 def print_table(table: Table, title: str) -> None:

@@ -7,9 +7,18 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 
-from rumo.cli.console import errors_in_words, print_table, progress_bars, words, writable, write_study
+from rumo.checks import known_names
+from rumo.cli.console import (
+    errors_in_words,
+    print_sentences,
+    print_table,
+    progress_bars,
+    tasks,
+    words,
+    writable,
+    write_study,
+)
 from rumo.errors import PlantError
 from rumo.report.tables import claims_table, controllers_table
 
@@ -34,14 +43,12 @@ def paper(
         settings = PaperStudy(tuple(words(controllers)), seed, duration)
         folder = writable(output)
         with progress_bars() as progress:
-            tasks = {name: progress.add_task(name, total=None) for name in settings.controllers}
+            update = tasks(progress, settings.controllers)
             logs: dict[str, Any] = {}
             for name in settings.controllers:
                 drive = replace(settings, controllers=(name,))
                 try:
-                    logs |= drive.run(
-                        lambda name, done, steps: progress.update(tasks[name], completed=done, total=steps)
-                    )
+                    logs |= drive.run(update)
                 except PlantError as error:
                     # What was driven so far is kept.
                     if error.log is not None:
@@ -64,7 +71,7 @@ def paper(
             page = write_page(folder / "report.html", "The paper's case study", lead, sections)
         print_table(controllers_table(content["controllers"]), "How it drives")
         print_table(claims_table(content["claims"]), "The paper's claims")
-        Console().print(f"Report: {page}", soft_wrap=True, highlight=False)
+        print_sentences([f"Report: {page}"])
 
 
 @study.command()
@@ -87,8 +94,7 @@ def faults(
             settings = replace(settings, gate=None)
         folder = writable(output)
         with progress_bars() as progress:
-            tasks = {name: progress.add_task(name, total=len(settings.faults)) for name in settings.controllers}
-            drives = settings.run(lambda name, done, every: progress.update(tasks[name], completed=done, total=every))
+            drives = settings.run(tasks(progress, settings.controllers))
             for name, by_fault in drives.items():
                 for fault, drive in by_fault.items():
                     if drive.log is not None:
@@ -104,7 +110,7 @@ def faults(
             page = write_page(folder / "report.html", "Faults", lead, fault_sections(content, figures), LAST_COLUMN)
         for name, outcomes in content["controllers"].items():
             print_table(faults_table(outcomes), label(name))
-        Console().print(f"Report: {page}", soft_wrap=True, highlight=False)
+        print_sentences([f"Report: {page}"])
 
 
 @study.command()
@@ -132,8 +138,7 @@ def discretization(
         )
         folder = writable(output)
         with progress_bars() as progress:
-            tasks = {name: progress.add_task(name, total=None) for name in settings.cases}
-            results = settings.run(lambda name, done, every: progress.update(tasks[name], completed=done, total=every))
+            results = settings.run(tasks(progress, settings.cases))
             content = summary(settings, results)
             figures = discretization_figures(content)
             write_study(content, figures, folder, progress)
@@ -144,9 +149,8 @@ def discretization(
                 discretization_sections(content, figures),
             )
         print_table(cheapest_table(content), "The cheapest step for an accuracy, as a share of the outputs' range")
-        for sentence in findings(content):
-            Console().print(sentence, soft_wrap=True, highlight=False)
-        Console().print(f"Report: {page}", soft_wrap=True, highlight=False)
+        print_sentences(findings(content))
+        print_sentences([f"Report: {page}"])
 
 
 @study.command()
@@ -158,7 +162,6 @@ def linearization(
 ) -> None:
     """Linearised about the last plan, along the reference, or not at all: who loses the car, and what it costs."""
     with errors_in_words():
-        from rumo.errors import UnknownNameError
         from rumo.report.linearization import (
             findings,
             linearization_panels,
@@ -170,15 +173,12 @@ def linearization(
         from rumo.studies.linearization import SWEEPS, LinearizationStudy
 
         names = list(SWEEPS) if sweeps is None else words(sweeps)
-        for name in names:
-            if name not in SWEEPS:
-                raise UnknownNameError("--sweeps", name, SWEEPS)
+        known_names(names, "--sweeps", SWEEPS)
         values = {name: SWEEPS[name].values for name in names}
         settings = LinearizationStudy(tuple(words(controllers)), values, seed=seed)
         folder = writable(output)
         with progress_bars() as progress:
-            tasks = {name: progress.add_task(name, total=None) for name in names}
-            logs = settings.run(lambda name, done, every: progress.update(tasks[name], completed=done, total=every))
+            logs = settings.run(tasks(progress, names))
             content = summary(settings, logs)
             figures = linearization_panels(content, logs)
             write_study(content, figures, folder, progress)
@@ -189,6 +189,5 @@ def linearization(
                 linearization_sections(content, figures),
             )
         print_table(overview_table(content), "Who is lost where, and what the others cost")
-        for sentence in findings(content):
-            Console().print(sentence, soft_wrap=True, highlight=False)
-        Console().print(f"Report: {page}", soft_wrap=True, highlight=False)
+        print_sentences(findings(content))
+        print_sentences([f"Report: {page}"])

@@ -193,7 +193,7 @@ class DiscretizationStudy:
             if not isinstance(controller, CompiledRti):
                 cure = "Unset RUMO_BACKEND, or choose one."
                 raise ArgumentError("backend", repr(controller.backend), "tailored or portable", cure)
-            logs.append(simulate(controller, _plant(case, step), case.start, case.reference, case.duration))
+            logs.append(_closed_loop(case, controller))
             controllers.append(controller)
             recordings.append(recorded(problem, logs[-1], case.reference))
             accuracies.append(solution.accuracy(discretization, step))
@@ -234,16 +234,16 @@ class DiscretizationStudy:
         return errors
 
 
-def _plant(case: Case, step: float) -> Plant:
-    return Plant(case.model, step, scales=case.scales)
+def _closed_loop(case: Case, controller: RealTimeIteration) -> xr.Dataset:
+    plant = Plant(case.model, controller.problem.sampling_time, scales=case.scales)
+    return simulate(controller, plant, case.start, case.reference, case.duration)
 
 
 def _planned_rates(case: Case) -> np.ndarray:
     """Eigenvalues [1/s] at all states of all plans, driven with a scheme that is always stable and accurate."""
     found: list[np.ndarray] = []
     for step in case.steps:
-        controller = RealTimeIteration(case.problem(step), Radau2(), backend="portable")
-        log = simulate(controller, _plant(case, step), case.start, case.reference, case.duration)
+        log = _closed_loop(case, RealTimeIteration(case.problem(step), Radau2(), backend="portable"))
         states, inputs = (log[f"predicted_{kind}"].to_numpy() for kind in ("states", "inputs"))
         inputs = np.concatenate([inputs, inputs[:, -1:]], axis=1)  # the last state is one more
         x, u = np.concatenate(states), np.concatenate(inputs)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -25,9 +25,8 @@ from rumo.estimation import RunningEstimator
 from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
 from rumo.signals import Array, Signals
-from rumo.simulation import Constant, Plant, Sensors, simulate
+from rumo.simulation import Plant
 from rumo.studies.paper import CLOSE_WEIGHTS, SAMPLING_TIME, PaperStudy
-from rumo.vehicles import PAPER_CAR, four_wheel
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -206,8 +205,7 @@ class FaultStudy:
     def run(self, progress: Progress | None = None) -> dict[str, dict[str, Drive]]:
         """Drive through each fault with each controller; the drives by controller and fault."""
         problem = self.base.problem()
-        model = four_wheel(PAPER_CAR, self.base.tyre, self.base.as_printed, axle_torque=self.base.axle_torque)
-        plant = Plant(model, SAMPLING_TIME)
+        plant = self.base.plant()
         drives: dict[str, dict[str, Drive]] = {}
         for name in self.controllers:
             controller = CONTROLLERS[name](problem, gate=self.gate)
@@ -219,7 +217,7 @@ class FaultStudy:
         return drives
 
     def _drive(self, controller: Controller, plant: Plant, fault: Fault) -> Drive:
-        base, bad = self.base, self.bad
+        base, bad = replace(self.base, duration=self.duration, seed=self.seed), self.bad
 
         def between_steps(done: int, steps: int) -> None:
             if done in bad and fault.before is not None:
@@ -229,17 +227,7 @@ class FaultStudy:
 
         exception = None
         try:
-            log = simulate(
-                controller,
-                plant,
-                base.initial_state(),
-                base.path,
-                self.duration,
-                seed=self.seed,
-                sensors=Sensors(base.noise, _Spoiled(fault.spoil, bad)),
-                disturbances={"wind_speed": base.wind, "wind_direction": Constant(np.pi / 2.0)},
-                progress=between_steps,
-            )
+            log = base.drive(controller, plant, between_steps, _Spoiled(fault.spoil, bad))
         except PlantError as error:
             log, exception = error.log, f"PlantError: {error}"
         except Exception as error:  # whatever a controller raises is a result here

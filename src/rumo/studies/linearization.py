@@ -18,9 +18,8 @@ from rumo.estimation import Estimator
 from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
 from rumo.signals import Array
-from rumo.simulation import Constant, Plant, Sensors, simulate
+from rumo.simulation import Constant, Plant
 from rumo.studies.paper import CLOSE_WEIGHTS, FILTER, NOISE, PaperStudy
-from rumo.vehicles import PAPER_CAR, four_wheel
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -212,8 +211,7 @@ class LinearizationStudy:
         """
         problem = self.base.problem()
         controllers = {name: _controller(name, problem) for name in self.controllers}
-        model = four_wheel(PAPER_CAR, self.base.tyre, self.base.as_printed, axle_torque=self.base.axle_torque)
-        plant = Plant(model, problem.sampling_time)
+        plant = self.base.plant()
         logs: dict[str, dict[str, list[xr.Dataset]]] = {}
         for sweep, values in self.sweeps.items():
             logs[sweep] = {name: [] for name in controllers}
@@ -227,18 +225,9 @@ class LinearizationStudy:
         return logs
 
     def _log(self, controller: Controller, plant: Plant, sweep: str, value: float) -> xr.Dataset:
-        drive = self.drive(sweep, value)
+        drive = replace(self.drive(sweep, value), duration=self.duration, seed=self.seed)
         try:
-            log = simulate(
-                controller,
-                plant,
-                drive.initial_state(),
-                drive.path,
-                self.duration,
-                seed=self.seed,
-                sensors=Sensors(drive.noise, drive.estimator),
-                disturbances={"wind_speed": drive.wind, "wind_direction": Constant(np.pi / 2.0)},
-            )
+            log = drive.drive(controller, plant)
         except PlantError as error:
             log = error.log
         return log.assign_attrs(sweep=sweep, value=float(value))

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rumo.checks import known_names
+from rumo.controllers import Controller
 from rumo.errors import ArgumentError
 from rumo.estimation import Butterworth, Estimator, ExtendedKalman
 from rumo.problem import Problem
 from rumo.references import SinePath
 from rumo.registry import CONTROLLERS
-from rumo.simulation import Constant, Disturbance, RandomWalk, Sensors, simulate
+from rumo.simulation import Constant, Disturbance, Plant, RandomWalk, Sensors, simulate
 from rumo.terms import Penalty, Weight
 from rumo.vehicles import PAPER_CAR, AsPrinted, ModifiedDugoff, dynamic_bicycle, four_wheel, friction_circles
 from rumo.vehicles.chassis import BODY_STATES
@@ -176,8 +177,7 @@ class PaperStudy:
 
     def run(self, progress: Progress | None = None) -> dict[str, xr.Dataset]:
         """Drive with each controller; the logs by controller name."""
-        problem = self.problem()
-        plant = four_wheel(PAPER_CAR, self.tyre, self.as_printed, axle_torque=self.axle_torque)
+        problem, plant = self.problem(), self.plant()
         logs = {}
         for name in self.controllers:
 
@@ -185,15 +185,30 @@ class PaperStudy:
                 if progress is not None:
                     progress(name, done, steps)
 
-            logs[name] = simulate(
-                CONTROLLERS[name](problem),
-                plant,
-                self.initial_state(),
-                self.path,
-                self.duration,
-                seed=self.seed,
-                sensors=Sensors(self.noise, self.estimator),
-                disturbances={"wind_speed": self.wind, "wind_direction": Constant(np.pi / 2.0)},
-                progress=report,
-            )
+            logs[name] = self.drive(CONTROLLERS[name](problem), plant, report)
         return logs
+
+    def plant(self) -> Plant:
+        """The car that is driven."""
+        model = four_wheel(PAPER_CAR, self.tyre, self.as_printed, axle_torque=self.axle_torque)
+        return Plant(model, self.sampling_time)
+
+    def drive(
+        self,
+        controller: Controller,
+        plant: Plant,
+        progress: Callable[[int, int], None] | None = None,
+        estimator: Estimator | None = None,
+    ) -> xr.Dataset:
+        """One drive with a controller of `problem()`; the estimator is the study's if not given."""
+        return simulate(
+            controller,
+            plant,
+            self.initial_state(),
+            self.path,
+            self.duration,
+            seed=self.seed,
+            sensors=Sensors(self.noise, estimator or self.estimator),
+            disturbances={"wind_speed": self.wind, "wind_direction": Constant(np.pi / 2.0)},
+            progress=progress,
+        )
