@@ -2,6 +2,13 @@
 #ifndef RUMO_CONTROLLER_H
 #define RUMO_CONTROLLER_H
 
+#include "rumo_core.h"
+
+#include "base/dims.h"
+#include "stages/sparse.h"
+#include "solve/active_set/rows.c"
+#include "solve/dense/condense.c"
+
 struct rumo_controller {
     dims s;
     rumo_problem problem;
@@ -36,7 +43,7 @@ struct rumo_controller {
     sparse map, of_unknowns, Cx, Cu, D, E; /* rows of the intervals' maps and of the substeps' */
     const int *map_row;
     int *end_of_A;                      /* (rows,): where the entries of A end in each row of a map */
-    condensed c;
+    condensed condensed;
     int *imposed_now;                   /* (N nc,) */
     qp q;
     double *dx;                         /* (N + 1, ldx) */
@@ -49,18 +56,18 @@ struct rumo_controller {
     double prepare_seconds, linearize_seconds, linearized_at;
 };
 
-static inline double *plan_u(const rumo_controller *c) { return c->numbers; }
-static inline double *plan_x(const rumo_controller *c) { return c->numbers + c->s.N * c->s.nu; }
-static inline double *plan_constraints(const rumo_controller *c) { return plan_x(c) + (c->s.N + 1) * c->s.nx; }
-static inline double *plan_z(const rumo_controller *c) { return plan_constraints(c) + c->s.N * c->s.nc; }
-static inline double *plan_diagnostics(const rumo_controller *c) { return plan_z(c) + c->s.N * c->s.nz; }
+static inline double *plan_u(const rumo_controller *ctl) { return ctl->numbers; }
+static inline double *plan_x(const rumo_controller *ctl) { return ctl->numbers + ctl->s.N * ctl->s.nu; }
+static inline double *plan_constraints(const rumo_controller *ctl) { return plan_x(ctl) + (ctl->s.N + 1) * ctl->s.nx; }
+static inline double *plan_z(const rumo_controller *ctl) { return plan_constraints(ctl) + ctl->s.N * ctl->s.nc; }
+static inline double *plan_diagnostics(const rumo_controller *ctl) { return plan_z(ctl) + ctl->s.N * ctl->s.nz; }
 
 /* Numbers of a plan, and those after u and x. */
 static inline int rest_of_plan(const dims *s) { return s->N * (s->nc + s->nz) + RUMO_DIAGNOSTIC_COUNT; }
 static inline int size_of_plan(const dims *s) { return s->N * s->nu + (s->N + 1) * s->nx + rest_of_plan(s); }
 
-static inline double *results_of(const rumo_controller *c, int substep) {
-    return c->results + (c->s.explicit_scheme ? 0 : (ptrdiff_t)substep * c->problem.elimination.entries * c->s.lanes);
+static inline double *results_of(const rumo_controller *ctl, int substep) {
+    return ctl->results + (ctl->s.explicit_scheme ? 0 : (ptrdiff_t)substep * ctl->problem.elimination.entries * ctl->s.lanes);
 }
 
 #endif

@@ -6,60 +6,14 @@
  *   RUMO_TAILORED  with RUMO_SIZES, the members of rumo_sizes, and RUMO_EVALUATE, a file that defines evaluate() and
  *                  evaluate_inner() of tape.c for one model
  */
-#if !defined(_WIN32) && !defined(_POSIX_C_SOURCE)
-#define _POSIX_C_SOURCE 200809L
-#endif
+#include "base/system.h"
 
 #include "rumo_core.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
-#include <time.h>
-
-#ifdef _WIN32
-#define WIN32_LEAN_AND_MEAN
-#include <windows.h>
-#undef near /* left over from other times */
-#undef far
-#endif
-
-static double seconds_now(void) {
-#ifdef _WIN32
-    LARGE_INTEGER count, frequency;
-    QueryPerformanceCounter(&count);
-    QueryPerformanceFrequency(&frequency);
-    return (double)count.QuadPart / (double)frequency.QuadPart;
-#else
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-#endif
-}
-
-#include "lanes.h"
-#include "elementary.h"
-#include "arena.h"
-#include "tape.c"
-#ifdef RUMO_TAILORED
-#include RUMO_EVALUATE
-#endif
-#include "eliminate.c"
-#include "compose.c"
-#include "condense.c"
-#include "rows.c"
-#include "working_set.c"
-#include "refinement.c"
-#include "qp.c"
-#include "controller.h"
-#include "inner.c"
-#include "policy.c"
 #include "set_up.c"
-#include "linearize.c"
-#include "iterate.c"
 #include "step.c"
 #ifndef RUMO_TAILORED
-#include "program.c"
+#include "solve/active_set/program.c"
 #else
 #define program_size NULL
 #define solve_program NULL

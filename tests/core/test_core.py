@@ -8,6 +8,8 @@ from compiling import CORE, NO_COMPILER, SANITIZED, compile_c, compiler, run_c
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 
+FILES = sorted(path.relative_to(CORE) for part in ("include", "src") for path in (CORE / part).rglob("*.[ch]"))
+
 on_linux = pytest.mark.skipif(
     not sys.platform.startswith("linux"), reason="about ELF files and the GNU C library's allocator"
 )
@@ -25,6 +27,19 @@ ALLOWED = """
 def core_object(tmp_path_factory):
     output = tmp_path_factory.mktemp("core") / "core.o"
     return compile_c(compiler(), CORE / "src" / "core.c", output, "-O3", "-Wshadow", "-c")
+
+
+@pytest.mark.parametrize("path", FILES, ids=str)
+def test_a_file_opens_by_itself(path):
+    includes = [f"-I{CORE / part}" for part in ("include", "src")]
+    command = [*compiler(), "-std=c11", "-fsyntax-only", "-Wall", "-Wextra", "-Wno-unused-function", *includes]
+    done = subprocess.run([*command, str(CORE / path)], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("path", FILES, ids=str)
+def test_a_file_can_be_read_in_one_go(path):
+    assert len((CORE / path).read_text(encoding="utf-8").splitlines()) <= 350
 
 
 @pytest.mark.parametrize("program", [name for name in PROGRAMS if name != OWN_ALLOCATOR])

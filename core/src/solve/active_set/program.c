@@ -1,4 +1,10 @@
 /* The QP solver by itself, for tests and comparisons: any dense program. */
+#ifndef RUMO_PROGRAM_C
+#define RUMO_PROGRAM_C
+
+#include "base/arena.h"
+#include "solve/active_set/qp.c"
+#include "solve/dense/factorise.c"
 
 typedef struct program {
     qp q;
@@ -7,15 +13,15 @@ typedef struct program {
 } program;
 
 static void lay_out_program(arena *a, program *p, int n, int rows) {
-    take_qp(a, &p->q, n, 0, rows, 0);
+    alloc_qp(a, &p->q, n, 0, rows, 0);
     const ptrdiff_t square = (ptrdiff_t)n * p->q.ld;
-    p->hessian = take_doubles(a, square);
-    p->factor = take_doubles(a, square);
-    p->inverse = take_doubles(a, square);
-    p->transpose = take_doubles(a, square);
-    p->rows = take_doubles(a, (ptrdiff_t)rows * p->q.ld);
-    p->gradient = take_doubles(a, p->q.ld);
-    p->imposed = take_ints(a, rows);
+    p->hessian = alloc_doubles(a, square);
+    p->factor = alloc_doubles(a, square);
+    p->inverse = alloc_doubles(a, square);
+    p->transpose = alloc_doubles(a, square);
+    p->rows = alloc_doubles(a, (ptrdiff_t)rows * p->q.ld);
+    p->gradient = alloc_doubles(a, p->q.ld);
+    p->imposed = alloc_ints(a, rows);
     p->q.hessian = p->hessian;
     p->q.inverse = p->inverse;
     p->q.transpose = p->transpose;
@@ -26,7 +32,7 @@ static void lay_out_program(arena *a, program *p, int n, int rows) {
 static size_t program_size(int variables, int rows) {
     program p;
     arena a = {NULL, 0};
-    (void)take(&a, sizeof p);
+    (void)alloc(&a, sizeof p);
     lay_out_program(&a, &p, variables, rows);
     return a.used + ALIGNMENT;
 }
@@ -46,7 +52,7 @@ RARE static int sane(const rumo_qp_data *d) {
 }
 
 /* Take the data over. Prices of a former call and multipliers that came from them do not fit new ones. */
-static void take_over(program *p, const rumo_qp_data *data) {
+static void copy_data(program *p, const rumo_qp_data *data) {
     qp *q = &p->q;
     const int n = data->variables, m = data->rows;
     const size_t prices = (size_t)m * sizeof(double);
@@ -97,14 +103,14 @@ static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_setting
     arena a = {aligned(memory), 0};
     program *p = (program *)(void *)a.base;
     if (!warm) {
-        p = (program *)take(&a, sizeof *p);
+        p = (program *)alloc(&a, sizeof *p);
         lay_out_program(&a, p, n, m);
         clear_members(&p->q);
     }
     if (!sane(data)) return result;
     qp *q = &p->q;
     double start = seconds_now();
-    take_over(p, data);
+    copy_data(p, data);
     const qp_limits limits = {settings->qp_iterations, settings->qp_tolerance, settings->qp_seconds};
     const int impossible = crossed(q, limits.tolerance);
     if (impossible >= 0) {
@@ -129,3 +135,5 @@ static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_setting
     memcpy(conflict, q->conflict, (size_t)q->conflicts * sizeof *conflict);
     return result;
 }
+
+#endif

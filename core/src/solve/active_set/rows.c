@@ -5,6 +5,13 @@
  * A row with infinite l1 is hard. Slacks are no variables: a multiplier between 0 and l1 holds a soft row at its
  * limit, one above l1 lets it give way by (multiplier - l1) / (2 l2), and with l2 = 0 it stays at l1.
  */
+#ifndef RUMO_ROWS_C
+#define RUMO_ROWS_C
+
+#include "rumo_core.h"
+
+#include "base/arena.h"
+#include "base/lanes.h"
 
 typedef enum row_state {
     INACTIVE,
@@ -45,7 +52,7 @@ static inline double larger(double a, double b) { return b > a ? b : a; }
 
 static inline double smaller(double a, double b) { return b < a ? b : a; }
 
-RARE static void take_qp(arena *a, qp *q, int n, int band, int dense, int limited) {
+RARE static void alloc_qp(arena *a, qp *q, int n, int band, int dense, int limited) {
     q->n = n;
     q->ld = padded(n);
     q->band = limited ? band : 0;
@@ -56,19 +63,19 @@ RARE static void take_qp(arena *a, qp *q, int n, int band, int dense, int limite
     const int rows = padded(q->rows);
     double **const per_row[] = {&q->lower,  &q->upper, &q->l1,      &q->l2,   &q->weight,
                                 &q->norm, &q->floor, &q->ceiling, &q->value};
-    for (size_t i = 0; i < sizeof per_row / sizeof *per_row; ++i) *per_row[i] = take_doubles(a, rows);
-    q->extent = take_ints(a, dense);
-    q->state = take_ints(a, rows);
-    q->member = take_ints(a, q->capacity);
-    q->place = take_ints(a, q->capacity);
-    q->conflict = take_ints(a, q->capacity);
-    q->scratch = take_ints(a, q->capacity);
-    q->moved = take_doubles(a, (ptrdiff_t)q->capacity * q->ld);
-    q->L = take_doubles(a, (ptrdiff_t)q->capacity * q->stride);
+    for (size_t i = 0; i < sizeof per_row / sizeof *per_row; ++i) *per_row[i] = alloc_doubles(a, rows);
+    q->extent = alloc_ints(a, dense);
+    q->state = alloc_ints(a, rows);
+    q->member = alloc_ints(a, q->capacity);
+    q->place = alloc_ints(a, q->capacity);
+    q->conflict = alloc_ints(a, q->capacity);
+    q->scratch = alloc_ints(a, q->capacity);
+    q->moved = alloc_doubles(a, (ptrdiff_t)q->capacity * q->ld);
+    q->L = alloc_doubles(a, (ptrdiff_t)q->capacity * q->stride);
     double **const per_member[] = {&q->mu, &q->D, &q->direction, &q->trial, &q->spare};
-    for (size_t i = 0; i < sizeof per_member / sizeof *per_member; ++i) *per_member[i] = take_doubles(a, q->stride);
+    for (size_t i = 0; i < sizeof per_member / sizeof *per_member; ++i) *per_member[i] = alloc_doubles(a, q->stride);
     double **const per_variable[] = {&q->w, &q->v, &q->shift, &q->residual};
-    for (size_t i = 0; i < sizeof per_variable / sizeof *per_variable; ++i) *per_variable[i] = take_doubles(a, q->ld);
+    for (size_t i = 0; i < sizeof per_variable / sizeof *per_variable; ++i) *per_variable[i] = alloc_doubles(a, q->ld);
     if (!a->base) return;
     for (int i = 0; i < rows; ++i) {
         q->lower[i] = q->floor[i] = -INFINITY;
@@ -145,3 +152,5 @@ static inline double deviation(const qp *q, int position, double value) {
     default: return value - q->upper[row];
     }
 }
+
+#endif

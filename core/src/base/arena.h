@@ -2,9 +2,7 @@
 #ifndef RUMO_ARENA_H
 #define RUMO_ARENA_H
 
-#include <stddef.h>
-#include <stdint.h>
-#include <string.h>
+#include "base/system.h"
 
 #define ALIGNMENT 64
 
@@ -13,25 +11,25 @@ typedef struct arena {
     size_t used;
 } arena;
 
-static inline void *take(arena *a, size_t bytes) {
+static inline void *alloc(arena *a, size_t bytes) {
     void *piece = a->base ? a->base + a->used : NULL;
     a->used += (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     if (piece) memset(piece, 0, bytes);
     return piece;
 }
 
-static inline double *take_doubles(arena *a, ptrdiff_t count) { return (double *)take(a, (size_t)count * sizeof(double)); }
+static inline double *alloc_doubles(arena *a, ptrdiff_t count) { return (double *)alloc(a, (size_t)count * sizeof(double)); }
 
-static inline int *take_ints(arena *a, ptrdiff_t count) { return (int *)take(a, (size_t)count * sizeof(int)); }
+static inline int *alloc_ints(arena *a, ptrdiff_t count) { return (int *)alloc(a, (size_t)count * sizeof(int)); }
 
-static inline double *keep_doubles(arena *a, const double *from, ptrdiff_t count) {
-    double *to = take_doubles(a, count);
+static inline double *copy_doubles(arena *a, const double *from, ptrdiff_t count) {
+    double *to = alloc_doubles(a, count);
     if (to && count > 0) memcpy(to, from, (size_t)count * sizeof(double));
     return to;
 }
 
-static inline int *keep_ints(arena *a, const int *from, ptrdiff_t count) {
-    int *to = take_ints(a, count);
+static inline int *copy_ints(arena *a, const int *from, ptrdiff_t count) {
+    int *to = alloc_ints(a, count);
     if (to && count > 0) memcpy(to, from, (size_t)count * sizeof(int));
     return to;
 }

@@ -1,4 +1,8 @@
 /* The minimiser over the working set in v, and what rounding has done to it. */
+#ifndef RUMO_REFINEMENT_C
+#define RUMO_REFINEMENT_C
+
+#include "solve/active_set/working_set.c"
 
 /* Relative residuals of the optimality conditions: those that need no refinement, and the most that a solution has. */
 #define FINE 1e-12
@@ -108,3 +112,5 @@ static int astray(const qp *q, int *at_l1) {
     }
     return found;
 }
+
+#endif

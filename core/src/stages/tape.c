@@ -3,6 +3,13 @@
  * A number of stage k lies in lane k: element e of the terms at terms[e * lanes + k]. Stages up to the next multiple
  * of LANES repeat the last one. A tailored build has the same programs as C code (see RUMO_EVALUATE in core.c).
  */
+#ifndef RUMO_TAPE_C
+#define RUMO_TAPE_C
+
+#include "rumo_core.h"
+
+#include "base/lanes.h"
+#include "base/elementary.h"
 
 enum { ARGUMENTS = 5 };
 
@@ -114,5 +121,11 @@ static void evaluate(const rumo_tape *tape, const guess_lanes *in, int lanes, do
 }
 
 #define evaluate_inner evaluate
+
+#endif
+
+#ifdef RUMO_TAILORED
+#include RUMO_EVALUATE
+#endif
 
 #endif

@@ -2,9 +2,7 @@
 #ifndef RUMO_LANES_H
 #define RUMO_LANES_H
 
-#include <math.h>
-#include <stddef.h>
-#include <string.h>
+#include "base/system.h"
 
 #define LANES 8
 

@@ -7,7 +7,7 @@
 #ifndef RUMO_ELEMENTARY_H
 #define RUMO_ELEMENTARY_H
 
-#include <math.h>
+#include "base/system.h"
 
 #define FAR_ANGLE 1e6
 

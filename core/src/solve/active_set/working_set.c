@@ -6,6 +6,10 @@
  *
  * Source: Arnstroem, Bemporad and Axehill (2022) for L D L' in place of the Q R of Goldfarb and Idnani (1983).
  */
+#ifndef RUMO_WORKING_SET_C
+#define RUMO_WORKING_SET_C
+
+#include "solve/active_set/rows.c"
 
 /* Pivots are squares of sines of angles between rows. Below the first share of 1 they are computed with care, below
  * the second, rows depend on each other. */
@@ -215,3 +219,5 @@ static void watch_members(qp *q) {
             --left;
         }
 }
+
+#endif

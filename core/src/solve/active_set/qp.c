@@ -6,6 +6,11 @@
  *
  * Source: Goldfarb and Idnani (1983).
  */
+#ifndef RUMO_QP_C
+#define RUMO_QP_C
+
+#include "base/clock.h"
+#include "solve/active_set/refinement.c"
 
 /* A violation below this (in units of v) may come from rounding: the minimiser is refined before it is believed. */
 #define DOUBTFUL 1e-6
@@ -321,3 +326,5 @@ static rumo_status solve_qp(qp *q, const double *restrict gradient, const qp_lim
     }
     return residual < ACCEPTABLE && all_finite(q->v, q->ld) ? RUMO_OPTIMAL : RUMO_SOLVER_FAILED;
 }
+
+#endif

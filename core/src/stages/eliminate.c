@@ -3,6 +3,12 @@
  * Eight stages at a time, block by block in the triangular order that the sparsity pattern gives, with row pivoting
  * inside each block. Row exchanges are done stage by stage, where one stage needs them.
  */
+#ifndef RUMO_ELIMINATE_C
+#define RUMO_ELIMINATE_C
+
+#include "rumo_core.h"
+
+#include "base/lanes.h"
 
 /* A pivot is kept unless another entry of its column is so many times larger, as sparse solvers do. */
 #define PATIENCE 8.0
@@ -67,25 +73,25 @@ static inline void solve_block(double *work, int m, int k) {
 }
 
 /* terms (slots, lanes) to result (entries, lanes). */
-static void eliminate(const rumo_elimination *plan, const double *unit, const double *restrict terms, int lanes,
+static void eliminate(const rumo_elimination *order, const double *unit, const double *restrict terms, int lanes,
                       double *restrict work, double *restrict result) {
     for (int first = 0; first < lanes; first += LANES) {
-        const int *load = plan->load, *update = plan->update, *store = plan->store, *unknowns = plan->unknowns;
-        for (int b = 0; b < plan->blocks; ++b) {
-            const int m = plan->size[b], k = plan->width[b];
+        const int *load = order->load, *update = order->update, *store = order->store, *unknowns = order->unknowns;
+        for (int b = 0; b < order->blocks; ++b) {
+            const int m = order->size[b], k = order->width[b];
             zero(work, m * (m + k + 1) * LANES);
             for (int i = 0; i < m; ++i)
                 for (int l = 0; l < LANES; ++l) work[((i + 1) * (m + k + 1) - 1) * LANES + l] = unit[unknowns[i]];
-            for (int e = 0; e < plan->loads[b]; ++e, load += 2)
+            for (int e = 0; e < order->loads[b]; ++e, load += 2)
                 copy(work + load[1] * LANES, terms + (ptrdiff_t)load[0] * lanes + first, LANES);
-            for (int e = 0; e < plan->updates[b]; ++e, update += 3) {
+            for (int e = 0; e < order->updates[b]; ++e, update += 3) {
                 const double *restrict coefficient = terms + (ptrdiff_t)update[0] * lanes + first;
                 const double *restrict known = result + (ptrdiff_t)update[1] * lanes + first;
                 double *restrict place = work + update[2] * LANES;
                 for (int l = 0; l < LANES; ++l) place[l] -= coefficient[l] * known[l];
             }
             solve_block(work, m, k);
-            for (int e = 0; e < plan->stores[b]; ++e, store += 2)
+            for (int e = 0; e < order->stores[b]; ++e, store += 2)
                 copy(result + (ptrdiff_t)store[1] * lanes + first, work + store[0] * LANES, LANES);
             unknowns += m;
         }
@@ -94,11 +100,11 @@ static void eliminate(const rumo_elimination *plan, const double *unit, const do
 
 /* Units in which the rows of each block compare: powers of two that balance |M| over all stages, so that pivots
  * do not depend on the units of the unknowns. Source: Osborne (1960). */
-RARE static void balance(const rumo_elimination *plan, const rumo_pattern *M, const double *terms, int lanes, int unknowns,
+RARE static void balance(const rumo_elimination *order, const rumo_pattern *M, const double *terms, int lanes, int unknowns,
                          int *block_of, double *unit) {
-    const int *member = plan->unknowns;
-    for (int b = 0; b < plan->blocks; ++b)
-        for (int i = 0; i < plan->size[b]; ++i) block_of[*member++] = b;
+    const int *member = order->unknowns;
+    for (int b = 0; b < order->blocks; ++b)
+        for (int i = 0; i < order->size[b]; ++i) block_of[*member++] = b;
     for (int r = 0; r < unknowns; ++r) unit[r] = 1.0;
     for (int sweep = 0; sweep < 4; ++sweep)
         for (int r = 0; r < unknowns; ++r) {
@@ -120,3 +126,5 @@ RARE static void balance(const rumo_elimination *plan, const rumo_pattern *M, co
             }
         }
 }
+
+#endif
