@@ -28,9 +28,6 @@ using namespace nb::literals;
 
 namespace {
 
-using Doubles = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
-using Ints = nb::ndarray<const int, nb::c_contig, nb::device::cpu>;
-
 // The fastest table of this build that the processor can run.
 const rumo_api *portable_table() {
 #ifdef RUMO_X86_VARIANTS
@@ -70,96 +67,137 @@ private:
     Py_buffer view_{};
 };
 
-// Reads the arrays of a description, and keeps them alive meanwhile.
+// Reads the arrays of a description by the tables, and keeps them alive meanwhile.
 class Description {
 public:
     explicit Description(nb::dict values) : values_(std::move(values)) {}
-    int number(const char *name) const { return nb::cast<int>(values_[name]); }
-    const double *doubles(const char *name) {
-        doubles_.push_back(nb::cast<Doubles>(values_[name]));
-        return doubles_.back().data();
+
+    // A problem, or what a guard must know of one.
+    template <class T> T read() {
+        T read{};
+        read.sizes = sizes();
+        fill(&read, "", &read.sizes);
+        return read;
     }
-    const int *ints(const char *name) {
-        ints_.push_back(nb::cast<Ints>(values_[name]));
-        return ints_.back().data();
+
+    rumo_sizes sizes() {
+        rumo_sizes sizes{};
+#define READ_SIZE(name, least) sizes.name = number(#name, least);
+        RUMO_SIZES_TABLE(READ_SIZE)
+#undef READ_SIZE
+        return sizes;
     }
-    int length(const char *name) {
-        return static_cast<int>(nb::cast<Ints>(values_[name]).shape(0));
-    }
-    rumo_pattern pattern(const std::string &name) {
-        const auto rows = name + "_row", columns = name + "_column", first = name + "_first";
-        return {length(rows.c_str()), number(first.c_str()), ints(rows.c_str()), ints(columns.c_str())};
+
+    // Absent arrays stay NULL.
+    rumo_numbers numbers(const rumo_sizes &sizes) {
+        rumo_numbers read{};
+        optional_ = true;
+        fill(&read, "", &sizes);
+        return read;
     }
 
 private:
+#define READ_COUNT(name, least) t->name = number(prefix + #name, least);
+#define READ_INTS(name, rows, columns) t->name = array<int>(prefix + #name, rows, columns);
+#define READ_DOUBLES(name, rows, columns, rule) t->name = array<double>(prefix + #name, rows, columns);
+#define READ_STRUCT(type, name) fill(&t->name, prefix_of(prefix, #name), s);
+#define READ(type, table)                                                          \
+    void fill(type *t, const std::string &prefix, const rumo_sizes *s) {           \
+        (void)s;                                                                   \
+        table(READ_COUNT, READ_INTS, READ_DOUBLES, READ_STRUCT)                    \
+    }
+    void fill(rumo_sizes *, const std::string &, const rumo_sizes *) {}
+    RUMO_TABLES(READ)
+#undef READ_COUNT
+#undef READ_INTS
+#undef READ_DOUBLES
+#undef READ_STRUCT
+#undef READ
+
+    // Numbers and bounds have names of their own; other parts are told apart by what they belong to.
+    static std::string prefix_of(const std::string &prefix, const std::string &name) {
+        return name == "numbers" || name == "bounds" ? prefix : prefix + name + "_";
+    }
+
+    nb::object value(const std::string &name) const {
+        if (!values_.contains(name.c_str())) {
+            if (optional_) return nb::none();
+            throw nb::value_error((name + ": is missing").c_str());
+        }
+        return values_[name.c_str()];
+    }
+
+    int number(const std::string &name, int least) const {
+        const auto number = nb::cast<int>(value(name));
+        if (number < least) throw nb::value_error((name + ": expected at least " + std::to_string(least)).c_str());
+        return number;
+    }
+
+    template <class T> const T *array(const std::string &name, int rows, int columns) {
+        using Array = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
+        const auto length = static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
+        const auto given = value(name);
+        if (given.is_none() && optional_) return nullptr;
+        Array array;
+        if (!nb::try_cast<Array>(given, array, false) || array.size() != length) {
+            const auto kind = std::is_same_v<T, int> ? " ints (" : " doubles (";
+            throw nb::value_error((name + ": expected " + std::to_string(length) + kind + std::to_string(rows) + ", " +
+                                   std::to_string(columns) + ")")
+                                      .c_str());
+        }
+        arrays_.push_back(nb::cast(array));
+        return array.data();
+    }
+
     nb::dict values_;
-    std::vector<Doubles> doubles_;
-    std::vector<Ints> ints_;
+    bool optional_ = false;
+    std::vector<nb::object> arrays_;
 };
 
-rumo_problem problem_from(Description &d) {
-    rumo_problem p{};
-    p.sizes = {d.number("horizon"),     d.number("states"),     d.number("algebraic"), d.number("inputs"),
-               d.number("outputs"),     d.number("constraints"), d.number("parameters"), d.number("delay"),
-               d.number("inner"),       d.number("substeps"),   d.number("explicit_scheme"), d.number("blocks"),
-               d.number("slots")};
-    p.tape = {d.length("code"), d.number("registers"), d.ints("code"), d.doubles("constants")};
-    p.inner_tape = {d.length("inner_code"), d.number("inner_registers"), d.ints("inner_code"),
-                    d.doubles("inner_constants")};
-    p.fixed = d.doubles("fixed");
-    p.A0 = d.pattern("A0");
-    p.M = d.pattern("M");
-    p.B = d.pattern("B");
-    p.Cx = d.pattern("Cx");
-    p.Cu = d.pattern("Cu");
-    p.D = d.pattern("D");
-    p.E = d.pattern("E");
-    p.defect = d.number("defect_first");
-    p.y = d.number("y_first");
-    p.G = d.number("G_first");
-    p.elimination = {d.length("block_size"),    d.ints("block_size"),    d.ints("block_width"), d.ints("block_loads"),
-                     d.ints("block_updates"),   d.ints("block_stores"),  d.ints("block_unknowns"), d.ints("load"),
-                     d.ints("update"),          d.ints("store"),         d.length("result_row"), d.ints("result_row"),
-                     d.ints("result_column")};
-    p.composition = {d.length("composition_row"), d.ints("composition_row"),      d.ints("composition_column"),
-                     d.ints("composition_start"), d.ints("composition_own"), d.ints("composition_products"),
-                     d.ints("composition_product")};
-    p.shift = {d.ints("shift_stages"), d.doubles("shift_shares"), d.ints("shift_intervals"), d.number("shift_same_rows")};
-    p.blocking = {d.ints("blocking_block"), d.doubles("blocking_share"), d.doubles("blocking_part")};
-    p.inner_nodes = d.doubles("inner_nodes");
-    p.inner_signals = d.ints("inner_signals");
-    p.algebraic_guess = d.doubles("algebraic_guess");
-    p.output_weights = d.doubles("output_weights");
-    p.move_weights = d.doubles("move_weights");
-    p.input_scales = d.doubles("input_scales");
-    p.input_lower = d.doubles("input_lower");
-    p.input_upper = d.doubles("input_upper");
-    p.move_lower = d.doubles("move_lower");
-    p.move_upper = d.doubles("move_upper");
-    p.block_lower = d.doubles("block_lower");
-    p.block_upper = d.doubles("block_upper");
-    p.safe_input = d.doubles("safe_input");
-    p.constraint_scales = d.doubles("constraint_scales");
-    p.l1 = d.doubles("l1");
-    p.l2 = d.doubles("l2");
-    p.imposed = d.ints("imposed");
-    p.parameters = d.doubles("parameter_values");
-    return p;
+rumo_settings settings_from(nb::dict d) {
+    rumo_settings settings{};
+#define READ_COUNT(name, least) settings.name = nb::cast<int>(d[#name]);
+#define READ_REAL(name) settings.name = nb::cast<double>(d[#name]);
+    RUMO_SETTINGS_TABLE(READ_COUNT, READ_REAL)
+#undef READ_COUNT
+#undef READ_REAL
+    return settings;
 }
 
-rumo_settings settings_from(nb::dict d) {
-    return {nb::cast<int>(d["sqp_iterations"]),  nb::cast<int>(d["preparation_iterations"]),
-            nb::cast<double>(d["sqp_tolerance"]),
-            nb::cast<int>(d["qp_iterations"]),   nb::cast<double>(d["qp_tolerance"]),
-            nb::cast<double>(d["qp_seconds"]),   nb::cast<double>(d["gate_width"]),
-            nb::cast<int>(d["gate_patience"])};
+// Members of each struct as (name, kind, rows, columns, rule); rows and columns as C.
+nb::dict tables() {
+    nb::dict all;
+    nb::list members;
+#define ROW_COUNT(name, least) members.append(nb::make_tuple(#name, "count", "1", "1", std::to_string(least)));
+#define ROW_REAL(name) members.append(nb::make_tuple(#name, "real", "1", "1", ""));
+#define ROW_INTS(name, rows, columns) members.append(nb::make_tuple(#name, "ints", #rows, #columns, ""));
+#define ROW_DOUBLES(name, rows, columns, rule) members.append(nb::make_tuple(#name, "doubles", #rows, #columns, #rule));
+#define ROW_STRUCT(type, name) members.append(nb::make_tuple(#name, #type, "1", "1", ""));
+#define ROWS(type, table)                                  \
+    members = nb::list();                                  \
+    table(ROW_COUNT, ROW_INTS, ROW_DOUBLES, ROW_STRUCT) \
+    all[#type] = members;
+    RUMO_TABLES(ROWS)
+    members = nb::list();
+    RUMO_SIZES_TABLE(ROW_COUNT)
+    all["rumo_sizes"] = members;
+    members = nb::list();
+    RUMO_SETTINGS_TABLE(ROW_COUNT, ROW_REAL)
+    all["rumo_settings"] = members;
+#undef ROW_COUNT
+#undef ROW_REAL
+#undef ROW_INTS
+#undef ROW_DOUBLES
+#undef ROW_STRUCT
+#undef ROWS
+    return all;
 }
 
 class Controller {
 public:
     Controller(std::uintptr_t table, nb::dict description, nb::dict settings) : api_(table_at(table)) {
         Description d(description);
-        const rumo_problem problem = problem_from(d);
+        const auto problem = d.read<rumo_problem>();
         const rumo_settings chosen = settings_from(settings);
         sizes_ = problem.sizes;
         memory_ = std::make_unique<unsigned char[]>(api_->size(&problem));
@@ -270,15 +308,17 @@ private:
         const Vector state(x, states(), "x", states()), out(numbers, count_, "numbers");
         const Vector wanted(reference, window(), "reference", static_cast<std::size_t>(sizes_.outputs));
         rumo_plan plan;
+        std::vector<int> rows; // copied while the controller is ours: another thread's step would overwrite them
         {
             Lock lock(*this);
             nb::gil_scoped_release release;
             function(core_, state.data(), wanted.data(), &plan);
             std::copy_n(plan.numbers, count_, out.writable());
+            if (plan.conflicts > 0) rows.assign(plan.conflict, plan.conflict + plan.conflicts);
             ready_ = false;
         }
         nb::object conflict = nb::none();
-        if (plan.conflicts > 0) conflict = nb::cast(std::vector<int>(plan.conflict, plan.conflict + plan.conflicts));
+        if (!rows.empty()) conflict = nb::cast(rows);
         return nb::make_tuple(static_cast<int>(plan.status), static_cast<int>(plan.cause), plan.prepare_seconds,
                               plan.feedback_seconds, plan.iterations, conflict);
     }
@@ -333,6 +373,7 @@ private:
 
 NB_MODULE(_core, module) {
     module.attr("VERSION") = RUMO_CORE_VERSION;
+    module.attr("TABLES") = tables();
     module.def("build", [](std::uintptr_t table) { return std::string(table_at(table)->build); }, "table"_a = 0);
     nb::class_<Controller>(module, "Controller")
         .def(nb::init<std::uintptr_t, nb::dict, nb::dict>(), "table"_a, "description"_a, "settings"_a)

@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 2
+#define RUMO_CORE_VERSION 3
 
 /* What a step came to; the order is that of rumo.Status. */
 typedef enum rumo_status {
@@ -81,111 +81,7 @@ typedef enum rumo_operation {
     RUMO_OPERATION_COUNT
 } rumo_operation;
 
-/* A straight-line program that computes the terms of one substep from its arguments: 0 the state at its end, 1 the one
- * at its beginning, 2 inputs, 3 parameters, 4 its other unknowns (algebraic variables at the end, then inner ones). */
-typedef struct rumo_tape {
-    int length;
-    int registers;
-    const int *code;         /* (length, 4): operation, result, a, b */
-    const double *constants; /* (length,) */
-} rumo_tape;
-
-/* A sparse matrix sorted by rows; entry e is term first + e of a stage. */
-typedef struct rumo_pattern {
-    int count, first;
-    const int *row, *column; /* (count,) */
-} rumo_pattern;
-
-/* How the unknowns w of a substep are solved for, M dw = A0 dx + B du + defect, block by block of M in triangular order.
- *
- * A block's work is a dense matrix (size, size + width + 1): its part of M, then those columns of (A0, B, defect) that
- * reach it, then the unit of the row. The result [A | B | c] is sparse, entry by entry.
- */
-typedef struct rumo_elimination {
-    int blocks;
-    const int *size, *width, *loads, *updates, *stores; /* (blocks,): the last three count entries */
-    const int *unknowns;                                /* (nw,): the unknowns of each block in turn */
-    const int *load;                                    /* (sum, 2): slot, place in the work */
-    const int *update;                                  /* (sum, 3): slot of M, entry of the result, place */
-    const int *store;                                   /* (sum, 2): place, entry of the result */
-    int entries;
-    const int *row, *column; /* (entries,): of the result, sorted by rows; column nx + nu is c */
-} rumo_elimination;
-
-/* How the maps of substeps become that of their interval; no entries where there is but one.
- *
- * Entry e of the interval's map [A | B | c] is the substep's entry own[e] (-1: none) in its columns of B and c, plus the
- * sum over `products[e]` pairs of the substep's entry and the entry of the map so far.
- */
-typedef struct rumo_composition {
-    int entries;
-    const int *row, *column; /* (entries,): sorted by rows, of states and algebraic variables at the end */
-    const int *start;        /* (entries,): the substep's entry at the same place, with which the map starts; -1: none */
-    const int *own, *products;
-    const int *product;      /* (sum, 2) */
-} rumo_composition;
-
-typedef struct rumo_sizes {
-    int horizon, states, algebraic, inputs, outputs, constraints, parameters, delay;
-    int inner;           /* unknowns of a substep besides states and algebraic variables at its end */
-    int substeps;        /* of an interval */
-    int explicit_scheme; /* the end of a substep follows from its beginning: there are no other unknowns */
-    int blocks;          /* of intervals with one free input each: N - delay where every interval has its own */
-    int slots;
-} rumo_sizes;
-
-/* Where the intervals of the next sample's horizon lie on this one's. */
-typedef struct rumo_shift {
-    const int *stages;     /* (N + 1,): the stage before, */
-    const double *shares;  /* and how far towards the next, as a share; beyond 1 at the end */
-    const int *intervals;  /* (N,): in whose time the middle lies */
-    int same_rows;         /* whether all lie one interval later: then constraints do as well */
-} rumo_shift;
-
-/* Inputs held over several intervals: that of interval k is share times its block's value, and the rest of the value of
- * the block before, which is the last input decided for the first block. */
-typedef struct rumo_blocking {
-    const int *block;    /* (N,) */
-    const double *share; /* (N,) */
-    const double *part;  /* (N,): of an interval's input in the value that stands for its block */
-} rumo_blocking;
-
-/* The problem in raw units. Infinite limits and infinite l1 (a hard row) are allowed. */
-typedef struct rumo_problem {
-    rumo_sizes sizes;
-    rumo_tape tape, inner_tape;               /* of the last substep, and of those before, without y, G, Cx .. E */
-    const double *fixed;                      /* (slots,): terms that are constant; NaN where a tape computes */
-    rumo_pattern A0, M, B, Cx, Cu, D, E;      /* of a stage, by (x, z) at the end: Cx, D */
-    int y, G, defect;                         /* first terms of the vectors; all terms: y, G, defect, A0, M, B, Cx .. E */
-    rumo_elimination elimination;
-    rumo_composition composition;
-    rumo_shift shift;
-    rumo_blocking blocking;
-    const int *inner_signals;                 /* (unknowns of an interval but its state,): as a position in (x, z), */
-    const double *inner_nodes;                /* and the share of the interval at which they lie */
-    const double *algebraic_guess;            /* (nz,) */
-    const double *output_weights;             /* (N, ny) */
-    const double *move_weights;               /* (blocks, nu) */
-    const double *input_scales;               /* (nu,) */
-    const double *input_lower, *input_upper;  /* (nu,) */
-    const double *move_lower, *move_upper;    /* (nu,): from interval to interval, */
-    const double *block_lower, *block_upper;  /* (blocks, nu): and from block to block */
-    const double *safe_input;                 /* (nu,) */
-    const double *constraint_scales, *l1, *l2; /* (nc,) */
-    const int *imposed;                       /* (N, nc) */
-    const double *parameters;                 /* (N, np) */
-} rumo_problem;
-
-typedef struct rumo_settings {
-    int sqp_iterations;
-    int preparation_iterations; /* on the predicted state, before the measurement is known */
-    double sqp_tolerance;
-    int qp_iterations;     /* changes of the working set per QP */
-    double qp_tolerance;   /* of a row, in units of the inputs' ranges */
-    double qp_seconds;     /* time for a QP; infinite for none */
-    double gate_width;     /* of the innovation gate; infinite for none */
-    int gate_patience;     /* consistent implausible samples before they are believed */
-} rumo_settings;
+#include "rumo_tables.h" /* rumo_sizes, rumo_settings, rumo_problem and its parts */
 
 /* What the last of a plan's numbers say; NaN where nothing was solved. */
 typedef enum rumo_diagnostic {

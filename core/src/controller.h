@@ -20,6 +20,7 @@ struct rumo_controller {
     double *applied;                    /* (max(d, 1), nu), oldest first */
     double *guess_x, *guess_u;          /* (N + 1, nx), (N, nu) */
     double *guess_values;               /* (nb, nu): of its blocks; the end of guess_u where there are none */
+    const double *free_lower, *free_upper; /* (nb, nu): limits of the free inputs; a view where there are no blocks */
     double *guess_rest;                 /* constraints, z, diagnostics of the iteration before, see attempt() */
     double *last_reference;             /* (N + 1, ny): wanted at the sample before, one sample on */
     int has_reference;

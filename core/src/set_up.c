@@ -3,89 +3,45 @@
 #define RUMO_SET_UP_C
 
 #include "base/arena.h"
+#include "base/copies.c"
 #include "controller.h"
 #include "stages/linearise.c"
 #include "solve/active_set/qp.c"
 
-static void copy_pattern(arena *a, rumo_pattern *pattern) {
-    pattern->row = copy_ints(a, pattern->row, pattern->count);
-    pattern->column = copy_ints(a, pattern->column, pattern->count);
-}
-
-static int total(const int *counts, int count) {
-    int sum = 0;
-    for (int i = 0; i < count; ++i) sum += counts[i];
-    return sum;
-}
-
-static void copy_tape(arena *a, rumo_tape *tape) {
-    tape->code = copy_ints(a, tape->code, (ptrdiff_t)4 * tape->length);
-    tape->constants = copy_doubles(a, tape->constants, tape->length);
-}
-
-RARE static void copy_elimination(arena *a, rumo_elimination *e, int unknowns) {
-    const int blocks = e->blocks, loads = total(e->loads, blocks), updates = total(e->updates, blocks),
-              stores = total(e->stores, blocks);
-    e->size = copy_ints(a, e->size, blocks);
-    e->width = copy_ints(a, e->width, blocks);
-    e->loads = copy_ints(a, e->loads, blocks);
-    e->updates = copy_ints(a, e->updates, blocks);
-    e->stores = copy_ints(a, e->stores, blocks);
-    e->unknowns = copy_ints(a, e->unknowns, unknowns);
-    e->load = copy_ints(a, e->load, (ptrdiff_t)2 * loads);
-    e->update = copy_ints(a, e->update, (ptrdiff_t)3 * updates);
-    e->store = copy_ints(a, e->store, (ptrdiff_t)2 * stores);
-    e->row = copy_ints(a, e->row, e->entries);
-    e->column = copy_ints(a, e->column, e->entries);
-}
-
-RARE static void copy_composition(arena *a, rumo_composition *p) {
-    const int products = total(p->products, p->entries);
-    p->row = copy_ints(a, p->row, p->entries);
-    p->column = copy_ints(a, p->column, p->entries);
-    p->start = copy_ints(a, p->start, p->entries);
-    p->own = copy_ints(a, p->own, p->entries);
-    p->products = copy_ints(a, p->products, p->entries);
-    p->product = copy_ints(a, p->product, (ptrdiff_t)2 * products);
+/* Limits of the free inputs: where they are held over intervals, all limits of these. */
+RARE static void limit_free_inputs(rumo_controller *ctl) {
+    const dims *s = &ctl->s;
+    const rumo_bounds *bounds = &ctl->problem.numbers.bounds;
+    if (unblocked(s)) return;
+    double *const lower = (double *)ctl->free_lower, *const upper = (double *)ctl->free_upper;
+    for (int i = 0; i < s->n; ++i) {
+        lower[i] = -INFINITY;
+        upper[i] = INFINITY;
+    }
+    for (int k = s->d; k < s->N; ++k)
+        for (int j = 0; j < s->nu; ++j) {
+            const int own = block_at(s, &ctl->problem.blocking, k) * s->nu + j, i = k * s->nu + j;
+            /* An input on the way from one block's value to the next is within limits if both are. */
+            const int first = share_at(s, &ctl->problem.blocking, k) < 1.0 && own >= s->nu ? own - s->nu : own;
+            for (int member = first; member <= own; member += s->nu) {
+                lower[member] = fmax(lower[member], bounds->input_lower[i]);
+                upper[member] = fmin(upper[member], bounds->input_upper[i]);
+            }
+        }
 }
 
 /* Lay out a controller in memory, or measure it; with memory, copy the problem. */
 RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) {
-    ctl->problem = *p;
-    rumo_problem *own = &ctl->problem;
+    rumo_problem *const own = &ctl->problem;
+    copy_rumo_problem(a, own, p, &p->sizes);
     const dims s = ctl->s = dims_of(&p->sizes);
     const ptrdiff_t np = p->sizes.parameters;
-    copy_tape(a, &own->tape);
-    copy_tape(a, &own->inner_tape);
-    copy_pattern(a, &own->M);
-    copy_elimination(a, &own->elimination, s.nw);
-    copy_composition(a, &own->composition);
-    own->shift.stages = copy_ints(a, p->shift.stages, s.N + 1);
-    own->shift.shares = copy_doubles(a, p->shift.shares, s.N + 1);
-    own->shift.intervals = copy_ints(a, p->shift.intervals, s.N);
-    own->inner_signals = copy_ints(a, p->inner_signals, s.ni);
-    own->inner_nodes = copy_doubles(a, p->inner_nodes, s.ni);
-    own->algebraic_guess = copy_doubles(a, p->algebraic_guess, s.nz);
-    own->output_weights = NULL; /* kept as roots */
-    own->move_weights = copy_doubles(a, p->move_weights, s.n);
-    own->input_scales = copy_doubles(a, p->input_scales, s.nu);
-    own->input_lower = copy_doubles(a, p->input_lower, s.nu);
-    own->input_upper = copy_doubles(a, p->input_upper, s.nu);
-    own->move_lower = copy_doubles(a, p->move_lower, s.nu);
-    own->move_upper = copy_doubles(a, p->move_upper, s.nu);
-    own->block_lower = copy_doubles(a, p->block_lower, s.n);
-    own->block_upper = copy_doubles(a, p->block_upper, s.n);
-    own->safe_input = copy_doubles(a, p->safe_input, s.nu);
-    own->constraint_scales = copy_doubles(a, p->constraint_scales, s.nc);
-    own->l1 = own->l2 = NULL; /* kept in the QP */
-    own->imposed = copy_ints(a, p->imposed, s.N * s.nc);
-    own->parameters = copy_doubles(a, p->parameters, s.N * np);
-    own->fixed = NULL; /* kept in lanes */
-
     ctl->applied = alloc_doubles(a, decided_inputs(&s) * s.nu);
     ctl->guess_x = alloc_doubles(a, (s.N + 1) * s.nx);
     ctl->guess_u = alloc_doubles(a, s.N * s.nu);
     ctl->guess_values = unblocked(&s) ? ctl->guess_u + s.d * s.nu : alloc_doubles(a, s.n);
+    ctl->free_lower = unblocked(&s) ? own->numbers.bounds.input_lower + s.d * s.nu : alloc_doubles(a, s.n);
+    ctl->free_upper = unblocked(&s) ? own->numbers.bounds.input_upper + s.d * s.nu : alloc_doubles(a, s.n);
     ctl->guess_rest = alloc_doubles(a, rest_of_plan(&s));
     ctl->last_reference = alloc_doubles(a, (s.N + 1) * s.ny);
     ctl->previous_x = alloc_doubles(a, (s.N + 1) * s.nx);
@@ -133,9 +89,7 @@ RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) 
     ctl->end_of_A = alloc_ints(a, s.rows);
 
     condensed *d = &ctl->condensed;
-    d->held.block = copy_ints(a, p->blocking.block, s.N);
-    d->held.share = copy_doubles(a, p->blocking.share, s.N);
-    d->held.part = copy_doubles(a, p->blocking.part, s.N);
+    d->held = own->blocking;
     d->stages = alloc_doubles(a, (ptrdiff_t)s.N * s.width * s.ldx);
     d->response = alloc_doubles(a, (ptrdiff_t)s.N * s.rows * s.ld);
     d->outputs = alloc_doubles(a, (ptrdiff_t)s.N * s.ny * s.ld);
@@ -146,7 +100,7 @@ RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) 
     double **const squares[] = {&d->hessian, &d->factor, &d->inverse, &d->transpose};
     for (size_t i = 0; i < sizeof squares / sizeof *squares; ++i) *squares[i] = alloc_doubles(a, (ptrdiff_t)s.n * s.ld);
     int limited = 0;
-    for (int j = 0; j < s.nu; ++j) limited |= isfinite(p->move_lower[j]) || isfinite(p->move_upper[j]);
+    for (int j = 0; j < s.nu; ++j) limited |= isfinite(p->numbers.bounds.move_lower[j]) || isfinite(p->numbers.bounds.move_upper[j]);
     alloc_qp(a, &ctl->q, s.n, s.nu, s.N * s.nc, limited);
     ctl->q.hessian = d->hessian;
     ctl->q.inverse = d->inverse;
@@ -181,8 +135,8 @@ RARE static void reset_controller(rumo_controller *ctl) {
     ctl->has_guess = ctl->has_previous = ctl->prepared = ctl->inputs_left = ctl->balanced = 0;
     ctl->implausible = ctl->repeats = ctl->changes = ctl->has_last = ctl->blameless = ctl->settled = ctl->has_reference = 0;
     const int decided = decided_inputs(&ctl->s);
-    for (int k = 0; k < decided; ++k) copy(ctl->applied + k * ctl->s.nu, ctl->problem.safe_input, ctl->s.nu);
-    set_parameters(ctl, ctl->problem.parameters);
+    for (int k = 0; k < decided; ++k) copy(ctl->applied + k * ctl->s.nu, ctl->problem.numbers.bounds.safe_input, ctl->s.nu);
+    set_parameters(ctl, ctl->problem.numbers.parameter_values);
     memset(ctl->counts, 0, sizeof ctl->counts);
     clear_members(&ctl->q);
     ctl->prepare_seconds = ctl->linearize_seconds = ctl->straying = 0.0;
@@ -196,17 +150,18 @@ RARE static rumo_controller *create_controller(const rumo_problem *p, const rumo
     const dims *s = &ctl->s;
     for (int i = 0; i < p->sizes.slots; ++i)
         for (int k = 0; k < s->lanes; ++k) ctl->terms[(ptrdiff_t)i * s->lanes + k] = isnan(p->fixed[i]) ? 0.0 : p->fixed[i];
-    for (int i = 0; i < s->N * s->ny; ++i) ctl->condensed.root_weights[i] = sqrt(2.0 * p->output_weights[i]);
+    for (int i = 0; i < s->N * s->ny; ++i) ctl->condensed.root_weights[i] = sqrt(2.0 * p->numbers.output_weights[i]);
     for (int r = 0; r < s->rows; ++r) {
         ctl->end_of_A[r] = ctl->map.start[r];
         while (ctl->end_of_A[r] < ctl->map.start[r + 1] && ctl->map.column[ctl->end_of_A[r]] < s->nx) ++ctl->end_of_A[r];
     }
     for (int i = 0; i < s->N * s->nc; ++i) {
         const int row = ctl->q.dense + i;
-        ctl->q.l1[row] = p->l1[i % s->nc];
-        ctl->q.l2[row] = p->l2[i % s->nc];
+        ctl->q.l1[row] = p->numbers.l1[i % s->nc];
+        ctl->q.l2[row] = p->numbers.l2[i % s->nc];
         ctl->q.extent[i] = padded(inputs_at(s, &ctl->condensed.held, i / s->nc));
     }
+    limit_free_inputs(ctl);
     configure(ctl, settings);
     reset_controller(ctl);
     return ctl;

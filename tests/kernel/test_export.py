@@ -43,7 +43,8 @@ def test_every_number_is_there(name):
 def test_text():
     text = problem_source(described("car"), "car")
     assert text.startswith("/*")
-    assert "static const rumo_problem car = {\n    .sizes = {15, 9, 0, 2, 4, 4, 2, 1, 0, 1, 0, " in text
-    assert ".Cu = {0, 68, NULL, NULL}," in text
+    assert "static const rumo_problem car = {\n    .sizes = {\n        .horizon = 15,\n        .states = 9," in text
+    nothing = "{\n        .count = 0,\n        .first = 68,\n        .row = NULL,\n        .column = NULL,\n    }"
+    assert f"    .Cu = {nothing},\n" in text
     assert max(map(len, text.splitlines())) <= 120
     assert text == problem_source(described("car"), "car"), "the same each time"

@@ -6,20 +6,18 @@
 #include "guard/shift.c"
 #include "stages/inner.c"
 
-/* The inputs nearest to u (count, nu) that respect bounds and move bounds, one after the other; move bounds of the
- * next lie `next` numbers on. */
-static void make_admissible(const rumo_controller *ctl, const double *before, const double *move_lower,
+/* The inputs nearest to u (count, nu) that respect bounds (count, nu) and move bounds, one after the other; move
+ * bounds of the next lie `next` numbers on. */
+static void make_admissible(int nu, const double *before, const double *lower, const double *upper, const double *move_lower,
                             const double *move_upper, int next, double *u, int count) {
-    const rumo_problem *p = &ctl->problem;
-    const int nu = ctl->s.nu;
-    for (int k = 0; k < count; ++k, move_lower += next, move_upper += next) {
+    for (int k = 0; k < count; ++k, lower += nu, upper += nu, move_lower += next, move_upper += next) {
         for (int j = 0; j < nu; ++j) {
             const double wanted = u[k * nu + j], move = wanted - before[j];
             /* An admissible input stays what it is; a move may be as large as numbers get. */
             const double reached = move < move_lower[j]   ? before[j] + move_lower[j]
                                    : move > move_upper[j] ? before[j] + move_upper[j]
                                                           : wanted;
-            u[k * nu + j] = clip(reached, p->input_lower[j], p->input_upper[j]);
+            u[k * nu + j] = clip(reached, lower[j], upper[j]);
         }
         before = u + k * nu;
     }
@@ -29,6 +27,7 @@ static void make_admissible(const rumo_controller *ctl, const double *before, co
 static void follow(rumo_controller *ctl, int solved, rumo_status status, rumo_plan *plan) {
     const dims *s = &ctl->s;
     const int N = s->N, d = s->d, nx = s->nx, nu = s->nu, decided = decided_inputs(s);
+    const rumo_bounds *bounds = &ctl->problem.numbers.bounds;
     double *u = plan_u(ctl), *x = plan_x(ctl), *last = ctl->applied + (decided - 1) * nu;
     plan->cause = status;
     if (solved) {
@@ -42,13 +41,14 @@ static void follow(rumo_controller *ctl, int solved, rumo_status status, rumo_pl
             adopt_inner(ctl, ctl->previous_inner);
             --ctl->inputs_left;
         } else {
-            for (int i = 0; i < N * nu; ++i) u[i] = ctl->problem.safe_input[i % nu];
+            for (int i = 0; i < N * nu; ++i) u[i] = bounds->safe_input[i % nu];
             for (int i = 0; i < (N + 1) * nx; ++i) x[i] = NAN;
             status = RUMO_PLAN_EXHAUSTED;
         }
     }
     copy(u, ctl->applied, d * nu);
-    make_admissible(ctl, last, ctl->problem.move_lower, ctl->problem.move_upper, 0, u + d * nu, N - d);
+    make_admissible(nu, last, bounds->input_lower + d * nu, bounds->input_upper + d * nu, bounds->move_lower, bounds->move_upper, 0,
+                    u + d * nu, N - d);
     const double *command = u + d * nu;
     memmove(ctl->applied, ctl->applied + nu, (size_t)((decided - 1) * nu) * sizeof(double));
     copy(last, command, nu);

@@ -23,9 +23,10 @@ static const double *last_decided(const rumo_controller *ctl) {
 static void start_guess(rumo_controller *ctl, const double *x) {
     const dims *s = &ctl->s;
     const double *last = last_decided(ctl);
+    const rumo_bounds *bounds = &ctl->problem.numbers.bounds;
     for (int k = 0; k <= s->N; ++k) copy(ctl->guess_x + k * s->nx, x, s->nx);
     for (int i = 0; i < s->N * s->nu; ++i)
-        ctl->guess_u[i] = clip(last[i % s->nu], ctl->problem.input_lower[i % s->nu], ctl->problem.input_upper[i % s->nu]);
+        ctl->guess_u[i] = clip(last[i % s->nu], bounds->input_lower[i], bounds->input_upper[i]);
     guess_inner(ctl, x);
     ctl->has_guess = ctl->resting = 1;
     ctl->last_step = NAN;
@@ -75,13 +76,13 @@ APART static int linearize_stages(rumo_controller *ctl) {
     for (int j = 0; j < s.m; ++j) {
         const guess_lanes in = at_substep(ctl, j);
         double *result = results_of(ctl, j);
-        double *inside = ctl->terms + (ptrdiff_t)p->defect * s.lanes;
+        double *inside = ctl->terms + (ptrdiff_t)p->defect_first * s.lanes;
         if (j + 1 == s.m) {
             evaluate(&p->tape, &in, s.lanes, ctl->registers, ctl->terms);
             if (!all_finite(ctl->terms, p->sizes.slots * s.lanes)) return 0;
         } else {
             evaluate_inner(&p->inner_tape, &in, s.lanes, ctl->registers, ctl->terms);
-            if (!all_finite(inside, (p->Cx.first - p->defect) * s.lanes)) return 0;
+            if (!all_finite(inside, (p->Cx.first - p->defect_first) * s.lanes)) return 0;
         }
         if (s.explicit_scheme && j + 1 < s.m) {
             copy(ctl->on_the_way, inside, s.nx * s.lanes);
@@ -126,7 +127,7 @@ static double straying(const rumo_controller *ctl) {
 /* Linearise, eliminate, condense, factor, and take over the working set of the step before, `shift` stages on. */
 static int linearize(rumo_controller *ctl, int shift) {
     const dims s = dims_of(&ctl->problem.sizes);
-    const double *scales = ctl->problem.input_scales;
+    const double *scales = ctl->problem.numbers.input_scales;
     const int usable = linearize_stages(ctl);
     ctl->linearized_at = seconds_now();
     if (!usable) return 0;
@@ -142,11 +143,11 @@ static int linearize(rumo_controller *ctl, int shift) {
             double *row = ctl->condensed.rows + (ptrdiff_t)i * s.ld;
             measure(&s, &ctl->condensed, ctl->terms, k, i - k * s.nc, &ctl->D, &ctl->E, 1.0, scales, row);
             const double norm = sqrt(dot(row, row, length));
-            ctl->imposed_now[i] = ctl->problem.imposed[i] && norm > NO_INFLUENCE * ctl->problem.constraint_scales[i - k * s.nc];
+            ctl->imposed_now[i] = ctl->problem.imposed[i] && norm > NO_INFLUENCE * ctl->problem.numbers.constraint_scales[i - k * s.nc];
             ctl->q.weight[ctl->q.dense + i] = ctl->imposed_now[i] ? 1.0 / norm : 0.0;
         }
     }
-    add_up_hessian(&s, ctl->problem.move_weights, scales, &ctl->condensed);
+    add_up_hessian(&s, ctl->problem.numbers.move_weights, scales, &ctl->condensed);
     if (!factorize(s.n, s.ld, ctl->condensed.hessian, ctl->condensed.factor, ctl->condensed.inverse, ctl->condensed.transpose)) return 0;
     shift &= unblocked(&s) && ctl->problem.shift.same_rows;
     renew_members(&ctl->q, shift * s.nu, shift * s.nc, ctl->imposed_now);

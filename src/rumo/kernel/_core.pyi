@@ -4,6 +4,8 @@ from typing import Any
 from rumo.signals import Array
 
 VERSION: int
+TABLES: dict[str, list[tuple[str, str, str, str, str]]]
+"""Members of each struct: name, kind ("count", "real", "ints", "doubles" or another struct), rows, columns, rule."""
 
 def build(table: int = 0) -> str: ...
 

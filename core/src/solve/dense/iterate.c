@@ -18,10 +18,10 @@ static inline double entry(const rumo_controller *ctl, const sparse *matrix, int
     return ctl->terms[(ptrdiff_t)(matrix->first + e) * ctl->s.lanes + k];
 }
 
-/* An output or constraint of stage k at (dx, du), as linearised. */
+/* An output or constraint of stage k at (dx, du), as linearised, less what is wanted or allowed. */
 static inline double linearised(const rumo_controller *ctl, int value, int r, const sparse *of_x, const sparse *of_u, int k,
-                                const double *dx, const double *du) {
-    double y = ctl->terms[(ptrdiff_t)(value + r) * ctl->s.lanes + k];
+                                const double *dx, const double *du, double less) {
+    double y = ctl->terms[(ptrdiff_t)(value + r) * ctl->s.lanes + k] - less;
     for (int e = of_x->start[r]; e < of_x->start[r + 1]; ++e) y += entry(ctl, of_x, e, k) * dx[of_x->column[e]];
     if (du)
         for (int e = of_u->start[r]; e < of_u->start[r + 1]; ++e) y += entry(ctl, of_u, e, k) * du[of_u->column[e]];
@@ -32,6 +32,7 @@ static inline double linearised(const rumo_controller *ctl, int value, int r, co
 static void set_up_qp(rumo_controller *ctl, const double *x, const double *reference) {
     const dims s = dims_of(&ctl->problem.sizes);
     const rumo_problem *p = &ctl->problem;
+    const rumo_numbers *numbers = &p->numbers;
     qp *q = &ctl->q;
     const double *last = last_decided(ctl), *u = ctl->guess_values;
     /* What happens if the inputs stay with the guess from the first free one on. */
@@ -47,27 +48,27 @@ static void set_up_qp(rumo_controller *ctl, const double *x, const double *refer
         advance(&s, ctl->condensed.stages + (ptrdiff_t)k * s.width * s.ldx, dx - s.ldx, du, dx);
         for (int r = 0; r < s.nc; ++r) {
             const int i = k * s.nc + r;
-            ctl->constraints[i] = linearised(ctl, p->G, r, &ctl->D, &ctl->E, k, dx, du);
+            ctl->constraints[i] = linearised(ctl, p->G_first, r, &ctl->D, &ctl->E, k, dx, du, numbers->constraint_limits[i]);
             q->upper[q->dense + i] = ctl->imposed_now[i] ? -ctl->constraints[i] : INFINITY;
         }
         if (k < s.d) continue;
         for (int r = 0; r < s.ny; ++r) {
             const int i = k * s.ny + r;
-            const double error = linearised(ctl, p->y, r, &ctl->Cx, &ctl->Cu, k, dx, du) - reference[(k + 1) * s.ny + r];
+            const double error = linearised(ctl, p->y_first, r, &ctl->Cx, &ctl->Cu, k, dx, du, 0.0) - reference[(k + 1) * s.ny + r];
             axpy(ctl->gradient, ctl->condensed.root_weights[i] * error, ctl->condensed.outputs + (ptrdiff_t)i * s.ld, padded(inputs_at(&s, &ctl->condensed.held, k)));
         }
     }
     for (int i = 0; i < s.n; ++i) {
         const int j = i % s.nu;
-        const double scale = p->input_scales[j], move = u[i] - (i < s.nu ? last[j] : u[i - s.nu]);
-        const double slope = 2.0 * p->move_weights[i] * move * scale;
+        const double scale = numbers->input_scales[j], move = u[i] - (i < s.nu ? last[j] : u[i - s.nu]);
+        const double slope = 2.0 * numbers->move_weights[i] * move * scale;
         ctl->gradient[i] += slope;
         if (i >= s.nu) ctl->gradient[i - s.nu] -= slope;
-        q->lower[i] = (p->input_lower[j] - u[i]) / scale;
-        q->upper[i] = (p->input_upper[j] - u[i]) / scale;
+        q->lower[i] = (ctl->free_lower[i] - u[i]) / scale;
+        q->upper[i] = (ctl->free_upper[i] - u[i]) / scale;
         if (!q->band) continue;
-        q->lower[s.n + i] = (p->block_lower[i] - move) / scale;
-        q->upper[s.n + i] = (p->block_upper[i] - move) / scale;
+        q->lower[s.n + i] = (numbers->block_lower[i] - move) / scale;
+        q->upper[s.n + i] = (numbers->block_upper[i] - move) / scale;
     }
     watch_members(q);
 }
@@ -95,9 +96,10 @@ RARE static double merit(const rumo_controller *ctl, const double *v, double *vi
 static void clip_deviations(const rumo_controller *ctl, double *v) {
     const dims *s = &ctl->s;
     double *u = plan_u(ctl) + s->d * s->nu;
-    const double *guess = ctl->guess_values, *scale = ctl->problem.input_scales;
+    const double *guess = ctl->guess_values, *scale = ctl->problem.numbers.input_scales;
     for (int i = 0; i < s->n; ++i) u[i] = guess[i] + scale[i % s->nu] * v[i];
-    make_admissible(ctl, last_decided(ctl), ctl->problem.block_lower, ctl->problem.block_upper, s->nu, u, s->nb);
+    make_admissible(s->nu, last_decided(ctl), ctl->free_lower, ctl->free_upper, ctl->problem.numbers.block_lower,
+                    ctl->problem.numbers.block_upper, s->nu, u, s->nb);
     for (int i = 0; i < s->n; ++i) v[i] = (u[i] - guess[i]) / scale[i % s->nu];
 }
 
@@ -117,7 +119,7 @@ RARE static void choose_best(rumo_controller *ctl) {
 /* Inputs, states and constraints of the QP's solution; returns the status it deserves. */
 static rumo_status expand(rumo_controller *ctl, const double *x, rumo_status status) {
     const dims s = dims_of(&ctl->problem.sizes);
-    const double *scale = ctl->problem.input_scales;
+    const double *scale = ctl->problem.numbers.input_scales;
     double *u = plan_u(ctl), *states = plan_x(ctl), *constraints = plan_constraints(ctl);
     for (int i = 0; unblocked(&s) && i < s.n; ++i) ctl->du[s.d * s.nu + i] = scale[i % s.nu] * ctl->q.v[i];
     for (int k = s.d; !unblocked(&s) && k < s.N; ++k)
@@ -125,7 +127,7 @@ static rumo_status expand(rumo_controller *ctl, const double *x, rumo_status sta
             ctl->du[k * s.nu + j] += scale[j] * blocked_input(&s, &ctl->condensed.held, ctl->zeros, ctl->q.v, k, j);
     for (int i = 0; i < s.N * s.nu; ++i) u[i] = ctl->guess_u[i] + ctl->du[i];
     copy(states, x, s.nx);
-    int violated = 0;
+    int violated = 0, usable = 1;
     for (int k = 0; k < s.N; ++k) {
         double *dx = ctl->dx + (ptrdiff_t)(k + 1) * s.ldx;
         if (k >= s.d)
@@ -134,11 +136,12 @@ static rumo_status expand(rumo_controller *ctl, const double *x, rumo_status sta
         for (int r = 0; r < s.nc; ++r) {
             const int i = k * s.nc + r;
             constraints[i] = ctl->constraints[i] + (k < s.d ? 0.0 : ctl->q.value[ctl->q.dense + i]);
-            violated |= constraints[i] > SLACK_TOLERANCE * ctl->problem.constraint_scales[r] && ctl->problem.imposed[i];
+            violated |= constraints[i] > SLACK_TOLERANCE * ctl->problem.numbers.constraint_scales[r] && ctl->problem.imposed[i];
+            usable &= constraints[i] < INFINITY; /* below an infinite limit it is infinite itself */
         }
     }
     expand_inner(ctl);
-    if (!all_finite(ctl->numbers, s.N * s.nu + (s.N + 1) * s.nx + s.N * s.nc)) return RUMO_SOLVER_FAILED;
+    if (!usable || !all_finite(ctl->numbers, s.N * s.nu + (s.N + 1) * s.nx)) return RUMO_SOLVER_FAILED;
     if (!all_finite(ctl->inner, s.ni * s.lanes)) return RUMO_SOLVER_FAILED;
     return status == RUMO_OPTIMAL && violated ? RUMO_SOFT_VIOLATED : status;
 }
@@ -181,7 +184,7 @@ static double change(const rumo_controller *ctl) {
     const dims *s = &ctl->s;
     double largest = 0.0;
     for (int i = 0; i < s->N * s->nu; ++i)
-        largest = fmax(largest, fabs(plan_u(ctl)[i] - ctl->guess_u[i]) / ctl->problem.input_scales[i % s->nu]);
+        largest = fmax(largest, fabs(plan_u(ctl)[i] - ctl->guess_u[i]) / ctl->problem.numbers.input_scales[i % s->nu]);
     for (int i = 0; i < (s->N + 1) * s->nx; ++i)
         if (ctl->condensed.reach[i % s->nx] > 0.0)
             largest = fmax(largest, fabs(plan_x(ctl)[i] - ctl->guess_x[i]) / ctl->condensed.reach[i % s->nx]);

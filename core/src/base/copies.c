@@ -1,0 +1,33 @@
+/* Copies of a problem's arrays, member by member as the tables say. */
+#ifndef RUMO_COPIES_C
+#define RUMO_COPIES_C
+
+#include "base/system.h"
+
+#include "rumo_core.h"
+
+#include "base/arena.h"
+#include "base/lanes.h"
+
+/* A struct is copied whole, then its arrays; lengths are those of the original, since a measuring arena has no copies. */
+#define KEEP_COUNT(name, least)
+#define KEEP_INTS(name, rows, columns) to->name = copy_ints(a, t->name, (ptrdiff_t)(rows) * (columns));
+#define KEEP_DOUBLES(name, rows, columns, rule) to->name = copy_doubles(a, t->name, (ptrdiff_t)(rows) * (columns));
+#define KEEP_STRUCT(type, name) copy_##type(a, &to->name, &t->name, s);
+#define KEEP(type, table)                                                                           \
+    RARELY static inline void copy_##type(arena *a, type *to, const type *t, const rumo_sizes *s) { \
+        (void)a;                                                                                    \
+        (void)s;                                                                                    \
+        *to = *t;                                                                                   \
+        table(KEEP_COUNT, KEEP_INTS, KEEP_DOUBLES, KEEP_STRUCT)                                     \
+    }
+
+RARELY static inline void copy_rumo_sizes(arena *a, rumo_sizes *to, const rumo_sizes *t, const rumo_sizes *s) {
+    (void)a;
+    (void)s;
+    *to = *t;
+}
+
+RUMO_TABLES(KEEP)
+
+#endif
