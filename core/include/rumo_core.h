@@ -106,6 +106,44 @@ typedef struct rumo_plan {
 
 typedef struct rumo_controller rumo_controller;
 
+/* What can be wrong with a problem. */
+typedef enum rumo_error {
+    RUMO_FINE,
+    RUMO_TOO_SMALL,
+    RUMO_TOO_LARGE,
+    RUMO_MISSING,
+    RUMO_NOT_FINITE,
+    RUMO_NOT_POSITIVE,
+    RUMO_NEGATIVE,
+    RUMO_NO_LIMIT, /* not a number, or infinite on the wrong side */
+    RUMO_CROSSED,  /* a lower limit above its upper one */
+    RUMO_NO_REST,  /* limits of moves that forbid to stay */
+    RUMO_OUT_OF_RANGE,
+    RUMO_OUT_OF_ORDER,
+    RUMO_ERROR_COUNT
+} rumo_error;
+
+/* The first thing that is wrong: which member of which part (of the problem itself: ""), and at what index (of an array). */
+typedef struct rumo_fault {
+    rumo_error error;
+    const char *part, *member;
+    int index;
+} rumo_fault;
+
+/* The failure policy by itself: what is applied whatever a solver came to. */
+typedef struct rumo_guard rumo_guard;
+
+/* What a guard has to say after a step; the arrays belong to it and stay until its next call. */
+typedef struct rumo_guard_state {
+    int has_guess; /* whether the next solution may start from the plan one sample later, or from a state at rest, */
+    int resting;   /* and that it is the latter */
+    int surprised; /* whether the last sample was believed against the prediction */
+    int inputs_left; /* of the plan, to be followed without a solution */
+    const double *u, *x, *inner;                /* the plan: (N, nu), (N + 1, nx), (N, unknowns of an interval) */
+    const double *next_u, *next_x, *next_inner; /* the same one sample later; NULL without a plan */
+} rumo_guard_state;
+
+
 typedef struct rumo_qp_data {
     int variables, rows;
     const double *hessian, *gradient;                  /* (n, n), (n,) */
@@ -129,6 +167,9 @@ typedef struct rumo_api {
     size_t (*size)(const rumo_problem *);
     rumo_controller *(*create)(const rumo_problem *, const rumo_settings *, void *memory);
     void (*configure)(rumo_controller *, const rumo_settings *);
+    /* Other numbers between two samples; arrays that are NULL stay. Where one is wrong, nothing changes. Bounds and limits
+     * hold from the next feedback on, all others from the next preparation; plan and guess are kept. */
+    rumo_fault (*update)(rumo_controller *, const rumo_numbers *);
     void (*reset)(rumo_controller *);
     /* Guess of a state at rest, with the last input decided. */
     void (*start)(rumo_controller *, const double *x);
@@ -136,12 +177,36 @@ typedef struct rumo_api {
     void (*set_parameters)(rumo_controller *, const double *);
     double *(*applied)(rumo_controller *); /* (max(delay, 1), nu), oldest first; may be written to */
     long long *(*counts)(rumo_controller *); /* (RUMO_STATUS_COUNT,) steps by status since the last reset */
+    int (*prepared)(const rumo_controller *); /* whether a preparation has been made for the next feedback */
     void (*prepare)(rumo_controller *);
     /* The plan for a measurement x (nx,) and the wanted outputs (N + 1, ny), from now on. */
     void (*feedback)(rumo_controller *, const double *x, const double *reference, rumo_plan *);
     /* Both, with a guess at rest where there is none. */
     void (*step)(rumo_controller *, const double *x, const double *reference, rumo_plan *);
-    /* Not in a tailored build. A QP by itself: memory of qp_size bytes; v (n,), multipliers (n + rows,), conflict (n + rows,).
+    const char *(*error_text)(rumo_error); /* in words that follow the name of a member */
+    /* All that follows is in the portable builds only. Whether a problem is one that create() can be handed, and settings. */
+    rumo_fault (*check)(const rumo_problem *);
+    rumo_fault (*check_settings)(const rumo_settings *);
+    /* A guard by itself, in memory of guard_size bytes; of the settings it looks at the gate's. */
+    rumo_fault (*guard_check)(const rumo_guard_data *);
+    size_t (*guard_size)(const rumo_guard_data *);
+    rumo_guard *(*guard_create)(const rumo_guard_data *, const rumo_settings *, void *memory);
+    void (*guard_configure)(rumo_guard *, const rumo_settings *);
+    rumo_fault (*guard_update)(rumo_guard *, const rumo_bounds *); /* as update */
+    void (*guard_reset)(rumo_guard *);
+    double *(*guard_applied)(rumo_guard *);
+    long long *(*guard_counts)(rumo_guard *);
+    /* The next solution starts from a state at rest, with the inputs u (N, nu); or there is no guess. */
+    void (*guard_rest)(rumo_guard *, double *u);
+    void (*guard_drop)(rumo_guard *);
+    /* Whether a measurement and all that is wanted (count,) can be used: OPTIMAL, or why not. `reach` (nx,): how far all
+     * inputs can move each state over the next stages, NULL where not known. */
+    rumo_status (*guard_admit)(rumo_guard *, const double *x, const double *reference, int count, const double *reach);
+    /* Apply a candidate (u NULL: none) that came with *cause, else the plan before, else the safe input; returns the status of
+     * what is applied. The cause becomes SOLVER_FAILED where a solution is none. */
+    rumo_status (*guard_follow)(rumo_guard *, const double *u, const double *x, const double *inner, rumo_status *cause);
+    void (*guard_state)(const rumo_guard *, rumo_guard_state *);
+    /* A QP by itself: memory of qp_size bytes; v (n,), multipliers (n + rows,), conflict (n + rows,).
      * With a working set kept from a former call in the same memory (warm), it starts there. */
     size_t (*qp_size)(int variables, int rows);
     rumo_qp_result (*qp_solve)(const rumo_qp_data *, const rumo_settings *, int warm, void *memory, double *v,

@@ -5,6 +5,7 @@
 #include "rumo_core.h"
 
 #include "base/dims.h"
+#include "guard/guard.h"
 #include "stages/sparse.h"
 #include "solve/active_set/rows.c"
 #include "solve/dense/condense.c"
@@ -14,24 +15,16 @@ struct rumo_controller {
     rumo_problem problem;
     rumo_settings settings;
 
-    int has_guess, resting;  /* where the next step linearises; a guess at rest need not satisfy the dynamics */
-    int has_previous;        /* the last plan, one sample later: what is followed without a solution */
-    int prepared, inputs_left;
-    double *applied;                    /* (max(d, 1), nu), oldest first */
-    double *guess_x, *guess_u;          /* (N + 1, nx), (N, nu) */
+    rumo_guard guard;                   /* what is applied, whatever happened, and whether there is a guess */
+    int prepared;
+    double *guess_x, *guess_u;          /* (N + 1, nx), (N, nu): where the next step linearises */
     double *guess_values;               /* (nb, nu): of its blocks; the end of guess_u where there are none */
     const double *free_lower, *free_upper; /* (nb, nu): limits of the free inputs; a view where there are no blocks */
     double *guess_rest;                 /* constraints, z, diagnostics of the iteration before, see attempt() */
     double *last_reference;             /* (N + 1, ny): wanted at the sample before, one sample on */
     int has_reference;
-    double *previous_x, *previous_u;
     double *numbers;                    /* of the plan */
-    double *inner, *guess_inner, *previous_inner; /* (ni, lanes): other unknowns of the intervals, see inner.c */
-    long long counts[RUMO_STATUS_COUNT];
-    int implausible, repeats;           /* samples in a row that the gate has held back, and why */
-    int changes, has_last;              /* plausible samples that differed from the one before, up to GATE_CHANGES */
-    double *suspect, *last_x;           /* (nx,): the last implausible and the last plausible sample */
-    int blameless;                      /* a guess at rest has failed too: the shifted plan is not to blame */
+    double *inner, *guess_inner;        /* (ni, lanes): other unknowns of the intervals, see inner.c */
 
     double *x_lanes, *u_lanes, *p_lanes, *registers, *terms, *work; /* see tape.c, eliminate.c */
     double *results;                    /* (m, entries, lanes): maps of the substeps; of the last one if explicit */

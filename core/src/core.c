@@ -13,10 +13,23 @@
 #include "set_up.c"
 #include "step.c"
 #ifndef RUMO_TAILORED
+#include "check.c"
+#include "guard/alone.c"
 #include "solve/active_set/program.c"
-#else
+#else /* what a build for one problem has no use for: the portable one has it */
+#define check_problem NULL
 #define program_size NULL
 #define solve_program NULL
+#define check_guard_data NULL
+#define guard_size NULL
+#define create_guard NULL
+#define update_guard NULL
+#define guard_applied NULL
+#define guard_counts NULL
+#define admit NULL
+#define drop_guess NULL
+#define follow_candidate NULL
+#define guard_state NULL
 #endif
 
 #ifndef RUMO_TABLE
@@ -34,7 +47,37 @@
 extern RUMO_EXPORT const rumo_api RUMO_TABLE;
 
 RUMO_EXPORT const rumo_api RUMO_TABLE = {
-    RUMO_CORE_VERSION, RUMO_BUILD,     controller_size, create_controller, configure, reset_controller,
-    start_guess,       set_parameters, applied_inputs,  status_counts,     prepare,   feedback,
-    step,              program_size,   solve_program,
+    RUMO_CORE_VERSION,
+    RUMO_BUILD,
+    controller_size,
+    create_controller,
+    configure,
+    update_numbers,
+    reset_controller,
+    start_guess,
+    set_parameters,
+    applied_inputs,
+    status_counts,
+    is_prepared,
+    prepare,
+    feedback,
+    step,
+    error_text,
+    check_problem,
+    check_settings,
+    check_guard_data,
+    guard_size,
+    create_guard,
+    configure_guard,
+    update_guard,
+    reset_guard,
+    guard_applied,
+    guard_counts,
+    rest,
+    drop_guess,
+    admit,
+    follow_candidate,
+    guard_state,
+    program_size,
+    solve_program,
 };

@@ -5,30 +5,10 @@
 #include "base/arena.h"
 #include "base/copies.c"
 #include "controller.h"
+#include "guard/guard.h"
+#include "numbers.c"
 #include "stages/linearise.c"
 #include "solve/active_set/qp.c"
-
-/* Limits of the free inputs: where they are held over intervals, all limits of these. */
-RARE static void limit_free_inputs(rumo_controller *ctl) {
-    const dims *s = &ctl->s;
-    const rumo_bounds *bounds = &ctl->problem.numbers.bounds;
-    if (unblocked(s)) return;
-    double *const lower = (double *)ctl->free_lower, *const upper = (double *)ctl->free_upper;
-    for (int i = 0; i < s->n; ++i) {
-        lower[i] = -INFINITY;
-        upper[i] = INFINITY;
-    }
-    for (int k = s->d; k < s->N; ++k)
-        for (int j = 0; j < s->nu; ++j) {
-            const int own = block_at(s, &ctl->problem.blocking, k) * s->nu + j, i = k * s->nu + j;
-            /* An input on the way from one block's value to the next is within limits if both are. */
-            const int first = share_at(s, &ctl->problem.blocking, k) < 1.0 && own >= s->nu ? own - s->nu : own;
-            for (int member = first; member <= own; member += s->nu) {
-                lower[member] = fmax(lower[member], bounds->input_lower[i]);
-                upper[member] = fmin(upper[member], bounds->input_upper[i]);
-            }
-        }
-}
 
 /* Lay out a controller in memory, or measure it; with memory, copy the problem. */
 RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) {
@@ -36,7 +16,6 @@ RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) 
     copy_rumo_problem(a, own, p, &p->sizes);
     const dims s = ctl->s = dims_of(&p->sizes);
     const ptrdiff_t np = p->sizes.parameters;
-    ctl->applied = alloc_doubles(a, decided_inputs(&s) * s.nu);
     ctl->guess_x = alloc_doubles(a, (s.N + 1) * s.nx);
     ctl->guess_u = alloc_doubles(a, s.N * s.nu);
     ctl->guess_values = unblocked(&s) ? ctl->guess_u + s.d * s.nu : alloc_doubles(a, s.n);
@@ -44,13 +23,11 @@ RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) 
     ctl->free_upper = unblocked(&s) ? own->numbers.bounds.input_upper + s.d * s.nu : alloc_doubles(a, s.n);
     ctl->guess_rest = alloc_doubles(a, rest_of_plan(&s));
     ctl->last_reference = alloc_doubles(a, (s.N + 1) * s.ny);
-    ctl->previous_x = alloc_doubles(a, (s.N + 1) * s.nx);
-    ctl->previous_u = alloc_doubles(a, s.N * s.nu);
     ctl->numbers = alloc_doubles(a, size_of_plan(&s));
-    double **const inner[] = {&ctl->inner, &ctl->guess_inner, &ctl->previous_inner};
-    for (size_t i = 0; i < sizeof inner / sizeof *inner; ++i) *inner[i] = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
-    ctl->suspect = alloc_doubles(a, s.nx);
-    ctl->last_x = alloc_doubles(a, s.nx);
+    ctl->inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
+    ctl->guess_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
+    const rumo_guard_data guarded = {own->sizes, own->shift, own->inner_signals, own->inner_nodes, own->numbers.bounds};
+    lay_out_guard(a, &ctl->guard, &guarded, plan_u(ctl), plan_x(ctl), ctl->inner);
 
     ctl->x_lanes = alloc_doubles(a, s.nx * (s.lanes + LANES));
     ctl->u_lanes = alloc_doubles(a, s.nu * s.lanes);
@@ -99,9 +76,7 @@ RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) 
     d->root_weights = alloc_doubles(a, s.N * s.ny);
     double **const squares[] = {&d->hessian, &d->factor, &d->inverse, &d->transpose};
     for (size_t i = 0; i < sizeof squares / sizeof *squares; ++i) *squares[i] = alloc_doubles(a, (ptrdiff_t)s.n * s.ld);
-    int limited = 0;
-    for (int j = 0; j < s.nu; ++j) limited |= isfinite(p->numbers.bounds.move_lower[j]) || isfinite(p->numbers.bounds.move_upper[j]);
-    alloc_qp(a, &ctl->q, s.n, s.nu, s.N * s.nc, limited);
+    alloc_qp(a, &ctl->q, s.n, s.nu, s.N * s.nc);
     ctl->q.hessian = d->hessian;
     ctl->q.inverse = d->inverse;
     ctl->q.transpose = d->transpose;
@@ -123,21 +98,15 @@ RARE static size_t controller_size(const rumo_problem *p) {
     return a.used + ALIGNMENT;
 }
 
-static void set_parameters(rumo_controller *ctl, const double *parameters) {
-    const int np = ctl->problem.sizes.parameters;
-    to_lanes(parameters, np, np, ctl->s.N, ctl->s.lanes, ctl->p_lanes);
-    ctl->prepared = 0;
+static void configure(rumo_controller *ctl, const rumo_settings *settings) {
+    ctl->settings = *settings;
+    configure_guard(&ctl->guard, settings);
 }
 
-static void configure(rumo_controller *ctl, const rumo_settings *settings) { ctl->settings = *settings; }
-
 RARE static void reset_controller(rumo_controller *ctl) {
-    ctl->has_guess = ctl->has_previous = ctl->prepared = ctl->inputs_left = ctl->balanced = 0;
-    ctl->implausible = ctl->repeats = ctl->changes = ctl->has_last = ctl->blameless = ctl->settled = ctl->has_reference = 0;
-    const int decided = decided_inputs(&ctl->s);
-    for (int k = 0; k < decided; ++k) copy(ctl->applied + k * ctl->s.nu, ctl->problem.numbers.bounds.safe_input, ctl->s.nu);
+    reset_guard(&ctl->guard);
+    ctl->prepared = ctl->balanced = ctl->settled = ctl->has_reference = 0;
     set_parameters(ctl, ctl->problem.numbers.parameter_values);
-    memset(ctl->counts, 0, sizeof ctl->counts);
     clear_members(&ctl->q);
     ctl->prepare_seconds = ctl->linearize_seconds = ctl->straying = 0.0;
     ctl->last_step = NAN;
@@ -150,25 +119,21 @@ RARE static rumo_controller *create_controller(const rumo_problem *p, const rumo
     const dims *s = &ctl->s;
     for (int i = 0; i < p->sizes.slots; ++i)
         for (int k = 0; k < s->lanes; ++k) ctl->terms[(ptrdiff_t)i * s->lanes + k] = isnan(p->fixed[i]) ? 0.0 : p->fixed[i];
-    for (int i = 0; i < s->N * s->ny; ++i) ctl->condensed.root_weights[i] = sqrt(2.0 * p->numbers.output_weights[i]);
     for (int r = 0; r < s->rows; ++r) {
         ctl->end_of_A[r] = ctl->map.start[r];
         while (ctl->end_of_A[r] < ctl->map.start[r + 1] && ctl->map.column[ctl->end_of_A[r]] < s->nx) ++ctl->end_of_A[r];
     }
-    for (int i = 0; i < s->N * s->nc; ++i) {
-        const int row = ctl->q.dense + i;
-        ctl->q.l1[row] = p->numbers.l1[i % s->nc];
-        ctl->q.l2[row] = p->numbers.l2[i % s->nc];
-        ctl->q.extent[i] = padded(inputs_at(s, &ctl->condensed.held, i / s->nc));
-    }
-    limit_free_inputs(ctl);
+    for (int i = 0; i < s->N * s->nc; ++i) ctl->q.extent[i] = padded(inputs_at(s, &ctl->condensed.held, i / s->nc));
+    derive_numbers(ctl);
     configure(ctl, settings);
     reset_controller(ctl);
     return ctl;
 }
 
-static double *applied_inputs(rumo_controller *ctl) { return ctl->applied; }
+static int is_prepared(const rumo_controller *ctl) { return ctl->prepared; }
 
-static long long *status_counts(rumo_controller *ctl) { return ctl->counts; }
+static double *applied_inputs(rumo_controller *ctl) { return ctl->guard.applied; }
+
+static long long *status_counts(rumo_controller *ctl) { return ctl->guard.counts; }
 
 #endif

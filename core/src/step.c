@@ -23,12 +23,12 @@ static void guess_plan(rumo_controller *ctl) {
 
 /* Iterate on the state that is expected at the next sample, and what was wanted at the last. */
 static void advance_guess(rumo_controller *ctl) {
-    for (int i = 0; ctl->has_guess && ctl->has_reference && i < ctl->settings.preparation_iterations; ++i) {
+    for (int i = 0; ctl->guard.has_guess && ctl->has_reference && i < ctl->settings.preparation_iterations; ++i) {
         rumo_plan ignored = {0};
         if (!is_solved(iterate(ctl, ctl->guess_x, ctl->last_reference, &ignored))) return;
         const int done = change(ctl) < ctl->settings.sqp_tolerance;
         guess_plan(ctl);
-        ctl->has_guess = linearize(ctl, 0);
+        ctl->guard.has_guess = linearize(ctl, 0);
         if (done) return;
     }
 }
@@ -36,14 +36,14 @@ static void advance_guess(rumo_controller *ctl) {
 static void prepare(rumo_controller *ctl) {
     const double start = seconds_now();
     ctl->linearize_seconds = NAN;
-    if (ctl->has_guess) {
-        ctl->has_guess = linearize(ctl, !ctl->resting);
+    if (ctl->guard.has_guess) {
+        ctl->guard.has_guess = linearize(ctl, !ctl->guard.resting);
         ctl->linearize_seconds = ctl->linearized_at - start;
     }
-    if (ctl->has_guess) {
+    if (ctl->guard.has_guess) {
         /* A plan made from a wild measurement would keep misleading its successors. */
         const int strayed = !(ctl->straying < STRAYED);
-        ctl->has_guess = !(ctl->settled && strayed && !ctl->resting);
+        ctl->guard.has_guess = !(ctl->settled && strayed && !ctl->guard.resting);
         ctl->settled = !strayed;
     }
     if (ctl->settings.preparation_iterations > 0) advance_guess(ctl);
@@ -66,11 +66,11 @@ static void keep_reference(rumo_controller *ctl, const double *reference) {
 
 static rumo_status attempt(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
     const dims *s = &ctl->s;
-    if (!all_finite(x, s->nx)) return RUMO_BAD_MEASUREMENT;
-    if (!all_finite(reference, (s->N + 1) * s->ny)) return RUMO_BAD_REFERENCE;
+    const rumo_status finite = finite_sample(s->nx, x, reference, (s->N + 1) * s->ny);
+    if (finite != RUMO_OPTIMAL) return finite;
     if (ctl->settings.preparation_iterations > 0) keep_reference(ctl, reference);
-    if (!plausible(ctl, x)) return RUMO_BAD_MEASUREMENT;
-    if (!ctl->has_guess) {
+    if (!plausible(&ctl->guard, x, ctl->condensed.near_reach)) return RUMO_BAD_MEASUREMENT;
+    if (!ctl->guard.has_guess) {
         start_guess(ctl, x);
         if (!linearize(ctl, 0)) return RUMO_SOLVER_FAILED;
     }
@@ -93,6 +93,26 @@ static rumo_status attempt(rumo_controller *ctl, const double *x, const double *
     return status;
 }
 
+/* What is applied, and the guess that comes of it. */
+static void conclude(rumo_controller *ctl, rumo_status cause, rumo_plan *plan) {
+    const dims *s = &ctl->s;
+    const rumo_guard *g = &ctl->guard;
+    const int solved = cause != RUMO_BAD_MEASUREMENT && cause != RUMO_BAD_REFERENCE && cause != RUMO_SOLVER_FAILED;
+    if (!solved) {
+        for (int i = 0; i < rest_of_plan(s); ++i) plan_constraints(ctl)[i] = NAN;
+        ctl->last_step = NAN;
+    }
+    plan->cause = cause;
+    plan->status = follow(&ctl->guard, solved, cause);
+    if (!solved && g->has_next) show_algebraic(ctl);
+    if (g->has_next) {
+        copy(ctl->guess_u, g->next_u, s->N * s->nu);
+        copy(ctl->guess_x, g->next_x, (s->N + 1) * s->nx);
+        copy(ctl->guess_inner, g->next_inner, s->ni * s->lanes);
+    }
+    ctl->prepared = 0;
+}
+
 static void feedback(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
     if (!ctl->prepared) prepare(ctl);
     const double start = seconds_now();
@@ -101,14 +121,14 @@ static void feedback(rumo_controller *ctl, const double *x, const double *refere
     plan->iterations = plan->conflicts = 0;
     plan->conflict = ctl->q.conflict;
     const rumo_status status = attempt(ctl, x, reference, plan);
-    follow(ctl, status != RUMO_BAD_MEASUREMENT && status != RUMO_BAD_REFERENCE && status != RUMO_SOLVER_FAILED, status, plan);
+    conclude(ctl, status, plan);
     plan->prepare_seconds = ctl->prepare_seconds;
     plan->linearize_seconds = ctl->linearize_seconds;
     plan->feedback_seconds = seconds_now() - start;
 }
 
 static void step(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
-    if (!ctl->has_guess && all_finite(x, ctl->s.nx)) start_guess(ctl, x);
+    if (!ctl->guard.has_guess && all_finite(x, ctl->s.nx)) start_guess(ctl, x);
     if (!ctl->prepared) prepare(ctl);
     feedback(ctl, x, reference, plan);
 }

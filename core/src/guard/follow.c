@@ -2,9 +2,8 @@
 #ifndef RUMO_FOLLOW_C
 #define RUMO_FOLLOW_C
 
-#include "controller.h"
+#include "guard/guard.h"
 #include "guard/shift.c"
-#include "stages/inner.c"
 
 /* The inputs nearest to u (count, nu) that respect bounds (count, nu) and move bounds, one after the other; move
  * bounds of the next lie `next` numbers on. */
@@ -23,51 +22,44 @@ static void make_admissible(int nu, const double *before, const double *lower, c
     }
 }
 
-/* Complete the plan: `solved` says whether numbers hold a solution. Then shift it into the next guess. */
-static void follow(rumo_controller *ctl, int solved, rumo_status status, rumo_plan *plan) {
-    const dims *s = &ctl->s;
+/* Complete the plan: `solved` says whether it is a solution, and the cause how far the solver got. Returns the status of
+ * what is applied, and shifts the plan into what is followed next. */
+static rumo_status follow(rumo_guard *g, int solved, rumo_status cause) {
+    const dims *s = &g->s;
+    const rumo_bounds *bounds = &g->data.bounds;
     const int N = s->N, d = s->d, nx = s->nx, nu = s->nu, decided = decided_inputs(s);
-    const rumo_bounds *bounds = &ctl->problem.numbers.bounds;
-    double *u = plan_u(ctl), *x = plan_x(ctl), *last = ctl->applied + (decided - 1) * nu;
-    plan->cause = status;
+    double *u = g->u, *x = g->x, *last = g->applied + (decided - 1) * nu;
+    rumo_status status = cause;
     if (solved) {
-        ctl->inputs_left = N - d - 1;
+        g->inputs_left = N - d - 1;
+    } else if (g->has_next && g->inputs_left > 0) {
+        copy(u, g->next_u, N * nu);
+        copy(x, g->next_x, (N + 1) * nx);
+        copy(g->inner, g->next_inner, s->ni * s->lanes);
+        --g->inputs_left;
     } else {
-        for (int i = 0; i < rest_of_plan(s); ++i) plan_constraints(ctl)[i] = NAN;
-        ctl->last_step = NAN;
-        if (ctl->has_previous && ctl->inputs_left > 0) {
-            copy(u, ctl->previous_u, N * nu);
-            copy(x, ctl->previous_x, (N + 1) * nx);
-            adopt_inner(ctl, ctl->previous_inner);
-            --ctl->inputs_left;
-        } else {
-            for (int i = 0; i < N * nu; ++i) u[i] = bounds->safe_input[i % nu];
-            for (int i = 0; i < (N + 1) * nx; ++i) x[i] = NAN;
-            status = RUMO_PLAN_EXHAUSTED;
-        }
+        for (int i = 0; i < N * nu; ++i) u[i] = bounds->safe_input[i % nu];
+        for (int i = 0; i < (N + 1) * nx; ++i) x[i] = NAN;
+        for (int i = 0; i < s->ni * s->lanes; ++i) g->inner[i] = NAN;
+        status = RUMO_PLAN_EXHAUSTED;
     }
-    copy(u, ctl->applied, d * nu);
-    make_admissible(nu, last, bounds->input_lower + d * nu, bounds->input_upper + d * nu, bounds->move_lower, bounds->move_upper, 0,
-                    u + d * nu, N - d);
+    copy(u, g->applied, d * nu);
+    make_admissible(nu, last, bounds->input_lower + d * nu, bounds->input_upper + d * nu, bounds->move_lower,
+                    bounds->move_upper, 0, u + d * nu, N - d);
     const double *command = u + d * nu;
-    memmove(ctl->applied, ctl->applied + nu, (size_t)((decided - 1) * nu) * sizeof(double));
+    memmove(g->applied, g->applied + nu, (size_t)((decided - 1) * nu) * sizeof(double));
     copy(last, command, nu);
 
-    plan->status = status;
-    ++ctl->counts[status];
-    ctl->has_previous = status != RUMO_PLAN_EXHAUSTED;
-    if (ctl->has_previous) {
-        shift_plan(ctl);
-        copy(ctl->guess_u, ctl->previous_u, N * nu);
-        copy(ctl->guess_x, ctl->previous_x, (N + 1) * nx);
-        copy(ctl->guess_inner, ctl->previous_inner, s->ni * s->lanes);
-    }
+    ++g->counts[status];
+    g->has_next = status != RUMO_PLAN_EXHAUSTED;
+    if (g->has_next) shift_plan(g);
     /* A guess from which the solver came to nothing is not kept: the next measurement gives a new one, at rest. If that
      * fails too, the shifted plan is the better guess, until there is a solution. */
-    const int fruitless = !solved && (plan->cause == RUMO_SOLVER_FAILED || plan->cause == RUMO_BUDGET_EXCEEDED);
-    ctl->blameless = !solved && (ctl->blameless || (fruitless && ctl->resting));
-    ctl->has_guess = ctl->has_previous && (!fruitless || ctl->blameless);
-    ctl->resting = ctl->prepared = 0;
+    const int fruitless = !solved && (cause == RUMO_SOLVER_FAILED || cause == RUMO_BUDGET_EXCEEDED);
+    g->blameless = !solved && (g->blameless || (fruitless && g->resting));
+    g->has_guess = g->has_next && (!fruitless || g->blameless);
+    g->resting = 0;
+    return status;
 }
 
 #endif

@@ -2,7 +2,7 @@
 #ifndef RUMO_GATE_C
 #define RUMO_GATE_C
 
-#include "controller.h"
+#include "guard/guard.h"
 
 /* Stages over which the gate asks how far a state can go: over a long horizon, anywhere. */
 #define GATE_STAGES 15
@@ -16,44 +16,53 @@ static inline int gate_stages(const dims *s) { return s->N < s->d + GATE_STAGES 
 /* Whether a measurement can be. Held back are samples outside a wide gate around the prediction, and samples that repeat
  * the one before in every state although the prediction has moved; both are believed when they go on for too long.
  *
- * The gate's width is in units of how far the inputs can move a state over the next stages, plus how far the plan does.
+ * The gate's width is in units of how far the inputs can move a state over the next stages (reach: (nx,), NULL where not
+ * known; a state with a reach of 0 has nothing to compare with), plus how far the plan does.
  */
-static int plausible(rumo_controller *ctl, const double *x) {
-    const int nx = ctl->s.nx;
-    const double width = ctl->settings.gate_width;
-    if (isinf(width) || !ctl->has_previous) return 1;
-    int expected = 1, agrees = ctl->implausible > 0, moved = 0;
+static int plausible(rumo_guard *g, const double *x, const double *reach) {
+    const int nx = g->s.nx;
+    const double width = g->gate_width;
+    g->surprised = 0;
+    if (isinf(width) || !g->has_next || !reach) return 1;
+    int expected = 1, agrees = g->implausible > 0, moved = 0;
     for (int r = 0; r < nx; ++r) {
         double span = 0.0;
-        for (int k = 1; k <= gate_stages(&ctl->s); ++k)
-            span = fmax(span, fabs(ctl->previous_x[k * nx + r] - ctl->previous_x[r]));
-        const double unit = ctl->condensed.near_reach[r] + span, innovation = fabs(x[r] - ctl->previous_x[r]);
-        if (ctl->condensed.near_reach[r] == 0.0) continue; /* nothing to compare with */
+        for (int k = 1; k <= gate_stages(&g->s); ++k)
+            span = fmax(span, fabs(g->next_x[k * nx + r] - g->next_x[r]));
+        const double unit = reach[r] + span, innovation = fabs(x[r] - g->next_x[r]);
+        if (reach[r] == 0.0) continue;
         expected &= innovation <= width * unit;
-        agrees &= fabs(x[r] - ctl->suspect[r]) <= width * unit;
+        agrees &= fabs(x[r] - g->suspect[r]) <= width * unit;
         moved |= innovation > GATE_MOTION * unit;
     }
-    int *const count = expected ? &ctl->repeats : &ctl->implausible;
+    int *const count = expected ? &g->repeats : &g->implausible;
     if (expected) {
-        ctl->implausible = 0;
-        if (!ctl->has_last || memcmp(x, ctl->last_x, (size_t)nx * sizeof *x) != 0) {
-            copy(ctl->last_x, x, nx);
-            ctl->has_last = 1;
-            ctl->repeats = 0;
-            if (ctl->changes < GATE_CHANGES) ++ctl->changes;
+        g->implausible = 0;
+        if (!g->has_last || memcmp(x, g->last_x, (size_t)nx * sizeof *x) != 0) {
+            copy(g->last_x, x, nx);
+            g->has_last = 1;
+            g->repeats = 0;
+            if (g->changes < GATE_CHANGES) ++g->changes;
             return 1;
         }
-        if (!moved || ctl->changes < GATE_CHANGES) return 1;
-        ++ctl->repeats;
+        if (!moved || g->changes < GATE_CHANGES) return 1;
+        ++g->repeats;
     } else {
-        copy(ctl->suspect, x, nx);
-        ctl->implausible = agrees ? ctl->implausible + 1 : 1;
+        copy(g->suspect, x, nx);
+        g->implausible = agrees ? g->implausible + 1 : 1;
     }
-    if (*count <= ctl->settings.gate_patience) return 0;
+    if (*count <= g->gate_patience) return 0;
     *count = 0;
-    if (expected) ctl->changes = 0;
-    ctl->has_guess = 0; /* what was predicted is wrong */
+    if (expected) g->changes = 0;
+    g->has_guess = 0; /* what was predicted is wrong */
+    g->surprised = 1;
     return 1;
+}
+
+/* Whether a sample is one that can be used: OPTIMAL, or why not. */
+static inline rumo_status finite_sample(int nx, const double *x, const double *reference, int count) {
+    if (!all_finite(x, nx)) return RUMO_BAD_MEASUREMENT;
+    return all_finite(reference, count) ? RUMO_OPTIMAL : RUMO_BAD_REFERENCE;
 }
 
 #endif

@@ -61,12 +61,6 @@ static void show_algebraic(const rumo_controller *ctl) {
         for (int i = 0; i < s->nz; ++i) plan_z(ctl)[k * s->nz + i] = ctl->inner[(ptrdiff_t)i * s->lanes + k];
 }
 
-/* Make other values those of the plan. */
-static void adopt_inner(const rumo_controller *ctl, const double *inner) {
-    copy(ctl->inner, inner, ctl->s.ni * ctl->s.lanes);
-    show_algebraic(ctl);
-}
-
 /* From the deviations of states and inputs to the unknowns of the plan. */
 static void expand_inner(rumo_controller *ctl) {
     const dims *s = &ctl->s;

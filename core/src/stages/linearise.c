@@ -15,20 +15,12 @@
 /* A constraint that all inputs' ranges move by less than this share of its scale is not imposed. */
 #define NO_INFLUENCE 1e-10
 
-static const double *last_decided(const rumo_controller *ctl) {
-    return ctl->applied + (decided_inputs(&ctl->s) - 1) * ctl->s.nu;
-}
-
 /* A guess of a state at rest, with the last input decided. */
 static void start_guess(rumo_controller *ctl, const double *x) {
     const dims *s = &ctl->s;
-    const double *last = last_decided(ctl);
-    const rumo_bounds *bounds = &ctl->problem.numbers.bounds;
     for (int k = 0; k <= s->N; ++k) copy(ctl->guess_x + k * s->nx, x, s->nx);
-    for (int i = 0; i < s->N * s->nu; ++i)
-        ctl->guess_u[i] = clip(last[i % s->nu], bounds->input_lower[i], bounds->input_upper[i]);
+    rest(&ctl->guard, ctl->guess_u);
     guess_inner(ctl, x);
-    ctl->has_guess = ctl->resting = 1;
     ctl->last_step = NAN;
     ctl->prepared = ctl->balanced = 0;
     clear_members(&ctl->q);
@@ -53,7 +45,7 @@ static void hold_guess(rumo_controller *ctl) {
             ctl->guess_values[block_at(s, &ctl->condensed.held, k) * s->nu + j] += ctl->condensed.held.part[k] * ctl->guess_u[k * s->nu + j];
     for (int k = s->d; k < s->N; ++k)
         for (int j = 0; j < s->nu; ++j)
-            ctl->guess_u[k * s->nu + j] = blocked_input(s, &ctl->condensed.held, last_decided(ctl), ctl->guess_values, k, j);
+            ctl->guess_u[k * s->nu + j] = blocked_input(s, &ctl->condensed.held, last_decided(&ctl->guard), ctl->guess_values, k, j);
 }
 
 /* The guess, number k in lane k. */

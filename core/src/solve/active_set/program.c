@@ -13,7 +13,7 @@ typedef struct program {
 } program;
 
 static void lay_out_program(arena *a, program *p, int n, int rows) {
-    alloc_qp(a, &p->q, n, 0, rows, 0);
+    alloc_qp(a, &p->q, n, 0, rows);
     const ptrdiff_t square = (ptrdiff_t)n * p->q.ld;
     p->hessian = alloc_doubles(a, square);
     p->factor = alloc_doubles(a, square);
@@ -105,6 +105,7 @@ static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_setting
     if (!warm) {
         p = (program *)alloc(&a, sizeof *p);
         lay_out_program(&a, p, n, m);
+        limit_increments(&p->q, 0);
         clear_members(&p->q);
     }
     if (!sane(data)) return result;

@@ -250,12 +250,12 @@ static void start_warm(qp *q, const double *restrict gradient) {
 
 /* What keeps the minimiser over the working set from being the solution: a row beyond its limits, or a member whose
  * multiplier is out of its range; -1 for none. */
-typedef struct fault {
+typedef struct obstacle {
     int row, member, at_l1;
-} fault;
+} obstacle;
 
-static fault find_fault(qp *q, const double *restrict gradient, int first, double *residual) {
-    fault found = {-1, -1, 0};
+static obstacle find_obstacle(qp *q, const double *restrict gradient, int first, double *residual) {
+    obstacle found = {-1, -1, 0};
     double worst;
     found.row = most_violated(q, first, &worst);
     if (worst >= DOUBTFUL) return found;
@@ -265,7 +265,7 @@ static fault find_fault(qp *q, const double *restrict gradient, int first, doubl
     return found;
 }
 
-static void mend(qp *q, const fault *found) {
+static void mend(qp *q, const obstacle *found) {
     if (found->row >= 0) enter(q, found->row);
     if (found->member < 0) return;
     q->settled = 0;
@@ -290,7 +290,7 @@ static rumo_status solve_qp(qp *q, const double *restrict gradient, const qp_lim
     for (;;) {
         const int first = stalled > 2 * q->count + 20; /* lowest index first: no cycles */
         double gain = 0.0;
-        fault found = {-1, -1, 0};
+        obstacle found = {-1, -1, 0};
         if (q->pending) {
             if (extend(q, q->count)) {
                 ++q->count;
@@ -301,7 +301,7 @@ static rumo_status solve_qp(qp *q, const double *restrict gradient, const qp_lim
         } else if (follow_members(q, first, &gain) && (!q->delicate || follow_members(q, first, &gain))) {
             update_solution(q);
             if (!all_finite(q->v, q->ld)) return give_up(q);
-            found = find_fault(q, gradient, first, &residual);
+            found = find_obstacle(q, gradient, first, &residual);
             if (residual > FINE && !fresh) { /* updates of L D L' have cost too many digits */
                 refactor(q, 0);
                 fresh = 1;

@@ -25,6 +25,7 @@ typedef struct qp {
     int n, ld;             /* variables; length of a row, padded */
     int band;              /* inputs of a stage, if increments v_j - v_{j - band} are limited; else 0 */
     int rows, dense;       /* all rows: n bounds, n increments if limited, then the dense ones from `dense` on */
+    int places;            /* for rows, at most and padded */
     int capacity, stride;  /* of the working set; of L */
     const double *hessian, *inverse, *transpose; /* see condense.c */
     const double *matrix;  /* dense rows, ld apart */
@@ -52,20 +53,20 @@ static inline double larger(double a, double b) { return b > a ? b : a; }
 
 static inline double smaller(double a, double b) { return b < a ? b : a; }
 
-RARE static void alloc_qp(arena *a, qp *q, int n, int band, int dense, int limited) {
+/* Room for bounds and increments of n variables, and for dense rows; increments are limited later if at all. */
+RARE static void alloc_qp(arena *a, qp *q, int n, int band, int dense) {
     q->n = n;
     q->ld = padded(n);
-    q->band = limited ? band : 0;
-    q->dense = limited ? 2 * n : n;
-    q->rows = q->dense + dense;
+    q->dense = n;
+    q->rows = n + dense;
     q->capacity = n + dense + 1; /* only rows that give way can be more than n; one may be pending */
     q->stride = padded(q->capacity);
-    const int rows = padded(q->rows);
+    q->places = padded((band ? 2 * n : n) + dense);
     double **const per_row[] = {&q->lower,  &q->upper, &q->l1,      &q->l2,   &q->weight,
                                 &q->norm, &q->floor, &q->ceiling, &q->value};
-    for (size_t i = 0; i < sizeof per_row / sizeof *per_row; ++i) *per_row[i] = alloc_doubles(a, rows);
+    for (size_t i = 0; i < sizeof per_row / sizeof *per_row; ++i) *per_row[i] = alloc_doubles(a, q->places);
     q->extent = alloc_ints(a, dense);
-    q->state = alloc_ints(a, rows);
+    q->state = alloc_ints(a, q->places);
     q->member = alloc_ints(a, q->capacity);
     q->place = alloc_ints(a, q->capacity);
     q->conflict = alloc_ints(a, q->capacity);
@@ -76,10 +77,19 @@ RARE static void alloc_qp(arena *a, qp *q, int n, int band, int dense, int limit
     for (size_t i = 0; i < sizeof per_member / sizeof *per_member; ++i) *per_member[i] = alloc_doubles(a, q->stride);
     double **const per_variable[] = {&q->w, &q->v, &q->shift, &q->residual};
     for (size_t i = 0; i < sizeof per_variable / sizeof *per_variable; ++i) *per_variable[i] = alloc_doubles(a, q->ld);
-    if (!a->base) return;
-    for (int i = 0; i < rows; ++i) {
+}
+
+/* Limit increments v_j - v_{j - band}, or none (0). Only where that changes are rows as new. */
+RARE static void limit_increments(qp *q, int band) {
+    const int dense_rows = q->rows - q->dense, fresh = q->weight[0] == 0.0;
+    if (!fresh && q->band == band) return;
+    q->band = band;
+    q->dense = band ? 2 * q->n : q->n;
+    q->rows = q->dense + dense_rows;
+    for (int i = 0; i < q->places; ++i) {
         q->lower[i] = q->floor[i] = -INFINITY;
         q->upper[i] = q->ceiling[i] = q->l1[i] = INFINITY;
+        q->l2[i] = 0.0;
         q->weight[i] = i < q->n ? 1.0 : 0.70710678118654752440;
     }
 }

@@ -34,10 +34,10 @@ static void set_up_qp(rumo_controller *ctl, const double *x, const double *refer
     const rumo_problem *p = &ctl->problem;
     const rumo_numbers *numbers = &p->numbers;
     qp *q = &ctl->q;
-    const double *last = last_decided(ctl), *u = ctl->guess_values;
+    const double *last = last_decided(&ctl->guard), *u = ctl->guess_values;
     /* What happens if the inputs stay with the guess from the first free one on. */
     for (int r = 0; r < s.nx; ++r) ctl->dx[r] = x[r] - ctl->guess_x[r];
-    for (int i = 0; i < s.d * s.nu; ++i) ctl->du[i] = ctl->applied[i] - ctl->guess_u[i];
+    for (int i = 0; i < s.d * s.nu; ++i) ctl->du[i] = ctl->guard.applied[i] - ctl->guess_u[i];
     for (int k = s.d; !unblocked(&s) && k < s.N; ++k)
         for (int j = 0; j < s.nu; ++j)
             ctl->du[k * s.nu + j] = blocked_input(&s, &ctl->condensed.held, last, u, k, j) - ctl->guess_u[k * s.nu + j];
@@ -98,7 +98,7 @@ static void clip_deviations(const rumo_controller *ctl, double *v) {
     double *u = plan_u(ctl) + s->d * s->nu;
     const double *guess = ctl->guess_values, *scale = ctl->problem.numbers.input_scales;
     for (int i = 0; i < s->n; ++i) u[i] = guess[i] + scale[i % s->nu] * v[i];
-    make_admissible(s->nu, last_decided(ctl), ctl->free_lower, ctl->free_upper, ctl->problem.numbers.block_lower,
+    make_admissible(s->nu, last_decided(&ctl->guard), ctl->free_lower, ctl->free_upper, ctl->problem.numbers.block_lower,
                     ctl->problem.numbers.block_upper, s->nu, u, s->nb);
     for (int i = 0; i < s->n; ++i) v[i] = (u[i] - guess[i]) / scale[i % s->nu];
 }
