@@ -93,7 +93,8 @@ public:
         return api_->prepared(core_) != 0;
     }
 
-    // Both write the plan's numbers into an array; (status, cause, prepare, feedback, iterations, conflict or None).
+    // Both write the plan's numbers into an array; (status, cause, prepare, feedback, iterations, and
+    // None or what is in conflict as (kind, stage, index)).
     nb::tuple feedback(nb::handle x, nb::handle reference, nb::handle numbers) {
         return run(api_->feedback, x, reference, numbers);
     }
@@ -141,16 +142,21 @@ private:
         const Vector state(x, states(), "x", states()), out(numbers, count_, "numbers");
         const Vector wanted(reference, window(), "reference", static_cast<std::size_t>(sizes_.outputs));
         rumo_plan plan;
-        std::vector<int> rows; // copied while the controller is ours: another thread's step would overwrite them
+        std::vector<rumo_conflict> limits; // copied while the controller is ours: another thread's step would overwrite them
         {
             Lock lock(*this);
             nb::gil_scoped_release release;
             function(core_, state.data(), wanted.data(), &plan);
             std::copy_n(plan.numbers, count_, out.writable());
-            if (plan.conflicts > 0) rows.assign(plan.conflict, plan.conflict + plan.conflicts);
+            if (plan.conflicts > 0) limits.assign(plan.conflict, plan.conflict + plan.conflicts);
         }
         nb::object conflict = nb::none();
-        if (!rows.empty()) conflict = nb::cast(rows);
+        if (!limits.empty()) {
+            nb::list found;
+            for (const auto &limit : limits)
+                found.append(nb::make_tuple(static_cast<int>(limit.kind), limit.stage, limit.index));
+            conflict = found;
+        }
         return nb::make_tuple(static_cast<int>(plan.status), static_cast<int>(plan.cause), plan.prepare_seconds,
                               plan.feedback_seconds, plan.iterations, conflict);
     }

@@ -105,9 +105,10 @@ private:
 void raise_if(const rumo_fault &fault) {
     if (fault.error == RUMO_FINE) return;
     const std::string part = fault.part;
-    const auto name = (part.empty() || part == "sizes" || part == "numbers" || part == "bounds" ? "" : part + "_") + fault.member;
+    const auto own = part.empty() || part == "sizes" || part == "numbers" || part == "bounds";
+    const auto name = (own ? "" : part + "_") + fault.member + (fault.index < 0 ? "" : "[" + std::to_string(fault.index) + "]");
     const auto *text = portable_table()->error_text(fault.error);
-    throw nb::value_error((fault.index < 0 ? name + " " + text : name + "[" + std::to_string(fault.index) + "] " + text).c_str());
+    throw nb::value_error((name + " " + text).c_str());
 }
 
 rumo_settings settings_from(nb::dict d) {

@@ -92,16 +92,24 @@ typedef enum rumo_diagnostic {
     RUMO_DIAGNOSTIC_COUNT
 } rumo_diagnostic;
 
+/* A limit: of which kind, at which stage (1 .. N), of which input or constraint. */
+typedef enum rumo_limit { RUMO_INPUT_BOUND, RUMO_MOVE_BOUND, RUMO_PATH_CONSTRAINT } rumo_limit;
+
+typedef struct rumo_conflict {
+    rumo_limit kind;
+    int stage, index;
+} rumo_conflict;
+
 /* What a step returns; the arrays belong to the controller and stay until its next call. */
 typedef struct rumo_plan {
     const double *numbers; /* u (N, nu), x (N + 1, nx), path constraints as linearised (N, nc), z (N, nz), diagnostics */
     int count;
     rumo_status status, cause;
     int iterations;            /* of the QP solver */
-    const int *conflict;       /* rows that cannot hold together, if the QP was infeasible: of the */
-    int conflicts;             /* free inputs bounds, their increments if limited, path constraints */
+    const rumo_conflict *conflict; /* limits that cannot hold together, if there is no solution; */
+    int conflicts;                 /* how many */
     double prepare_seconds, feedback_seconds;
-    double linearize_seconds; /* of the preparation, until the guess is linearised and its unknowns eliminated; NAN without one */
+    double linearize_seconds; /* of the preparation, until the guess is linearised and its unknowns eliminated; NAN if not */
 } rumo_plan;
 
 typedef struct rumo_controller rumo_controller;

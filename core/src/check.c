@@ -1,4 +1,4 @@
-/* Whether a problem can be what it says: sizes, indices, order of the entries, numbers. Nothing else in the core looks. */
+/* Whether a problem can be what it says: sizes, indices, order of entries, numbers. Nothing else in the core looks. */
 #ifndef RUMO_CHECK_C
 #define RUMO_CHECK_C
 
@@ -10,7 +10,8 @@ typedef struct ranges {
     int least, below[3];
 } ranges;
 
-RARE static rumo_fault check_words(const char *part, const char *member, const int *x, int count, int width, ranges in) {
+RARE static rumo_fault check_words(const char *part, const char *member, const int *x, int count, int width,
+                                   ranges in) {
     for (int i = 0; i < count * width; ++i)
         if (x[i] < in.least || x[i] >= in.below[i % width]) return (rumo_fault){RUMO_OUT_OF_RANGE, part, member, i};
     return no_fault;
@@ -29,7 +30,8 @@ RARE static rumo_fault check_order(const char *part, const int *rows, int count)
     } while (0)
 
 /* Entries at rows and columns, sorted by rows. */
-RARE static rumo_fault check_places(const char *part, const int *row, const int *column, int count, int rows, int columns) {
+RARE static rumo_fault check_places(const char *part, const int *row, const int *column, int count, int rows,
+                                    int columns) {
     TRY(check_words(part, "row", row, count, 1, (ranges){0, {rows, 0, 0}}));
     TRY(check_words(part, "column", column, count, 1, (ranges){0, {columns, 0, 0}}));
     return check_order(part, row, count);
@@ -122,7 +124,8 @@ RARE static rumo_fault check_shift(const rumo_shift *shift, const int *inner_sig
     const ranges intervals = {0, {s->horizon, 0, 0}};
     TRY(check_words("shift", "stages", shift->stages, s->horizon + 1, 1, intervals));
     TRY(check_words("shift", "intervals", shift->intervals, s->horizon, 1, intervals));
-    return check_words("", "inner_signals", inner_signals, RUMO_INNER, 1, (ranges){0, {s->states + s->algebraic, 0, 0}});
+    const ranges signals = {0, {s->states + s->algebraic, 0, 0}};
+    return check_words("", "inner_signals", inner_signals, RUMO_INNER, 1, signals);
 }
 
 /* Blocks come one after the other, and none is left out. */
@@ -130,7 +133,8 @@ RARE static rumo_fault check_blocking(const rumo_blocking *held, const rumo_size
     int block = 0;
     for (int k = s->delay; k < s->horizon; ++k) {
         const int next = held->block[k];
-        if (next != block && (next != block + 1 || k == s->delay)) return (rumo_fault){RUMO_OUT_OF_ORDER, "blocking", "block", k};
+        if (next != block && (next != block + 1 || k == s->delay))
+            return (rumo_fault){RUMO_OUT_OF_ORDER, "blocking", "block", k};
         block = next;
     }
     return block == s->blocks - 1 ? no_fault : (rumo_fault){RUMO_OUT_OF_RANGE, "blocking", "block", s->horizon - 1};

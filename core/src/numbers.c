@@ -6,51 +6,14 @@
 #include "controller.h"
 #include "rules.c"
 #include "stages/inner.c"
-#include "solve/active_set/working_set.c"
 
 static void set_parameters(rumo_controller *ctl, const double *parameters) {
     const int np = ctl->problem.sizes.parameters;
-    to_lanes(parameters, np, np, ctl->s.N, ctl->s.lanes, ctl->p_lanes);
+    to_lanes(parameters, np, np, ctl->s.N, ctl->s.lanes, ctl->stages.p_lanes);
     ctl->prepared = 0;
 }
 
-/* Limits of the free inputs: where they are held over intervals, all limits of these. */
-RARE static void limit_free_inputs(const dims *s, const rumo_blocking *held, const rumo_bounds *bounds, double *lower,
-                                   double *upper) {
-    for (int i = 0; i < s->n; ++i) {
-        lower[i] = -INFINITY;
-        upper[i] = INFINITY;
-    }
-    for (int k = s->d; k < s->N; ++k)
-        for (int j = 0; j < s->nu; ++j) {
-            const int own = block_at(s, held, k) * s->nu + j, i = k * s->nu + j;
-            /* An input on the way from one block's value to the next is within limits if both are. */
-            const int first = share_at(s, held, k) < 1.0 && own >= s->nu ? own - s->nu : own;
-            for (int member = first; member <= own; member += s->nu) {
-                lower[member] = fmax(lower[member], bounds->input_lower[i]);
-                upper[member] = fmin(upper[member], bounds->input_upper[i]);
-            }
-        }
-}
-
-/* What the core keeps in another form. */
-RARE static void derive_numbers(rumo_controller *ctl) {
-    const dims *s = &ctl->s;
-    const rumo_numbers *p = &ctl->problem.numbers;
-    qp *q = &ctl->q;
-    int limited = 0;
-    for (int j = 0; j < s->nu; ++j) limited |= isfinite(p->bounds.move_lower[j]) || isfinite(p->bounds.move_upper[j]);
-    limit_increments(q, limited ? s->nu : 0);
-    for (int i = 0; i < s->N * s->nc; ++i) {
-        q->l1[q->dense + i] = p->l1[i % s->nc];
-        q->l2[q->dense + i] = p->l2[i % s->nc];
-    }
-    for (int i = 0; i < s->N * s->ny; ++i) ctl->condensed.root_weights[i] = sqrt(2.0 * p->output_weights[i]);
-    if (!unblocked(s))
-        limit_free_inputs(s, &ctl->problem.blocking, &p->bounds, (double *)ctl->free_lower, (double *)ctl->free_upper);
-}
-
-/* Whether the limits of interval k are those of a block: its own, and the one before of an input on the way from there. */
+/* Whether the limits of interval k are those of a block: its own, and the one before where an input is on the way. */
 static int limits_block(const dims *s, const rumo_blocking *held, int k, int block) {
     const int own = block_at(s, held, k);
     return own == block || (own == block + 1 && share_at(s, held, k) < 1.0);
@@ -77,7 +40,8 @@ RARE static rumo_fault check_numbers(const rumo_numbers *numbers, const rumo_pro
     const rumo_sizes *s = &p->sizes;
     rumo_fault fault = check_rumo_numbers("", numbers, s);
     if (!fault.error) fault = check_bounds(&numbers->bounds, s);
-    if (!fault.error) fault = check_limits("block_lower", numbers->block_lower, numbers->block_upper, s->blocks * s->inputs, 1);
+    if (!fault.error)
+        fault = check_limits("block_lower", numbers->block_lower, numbers->block_upper, s->blocks * s->inputs, 1);
     return fault.error ? fault : check_blocks(&numbers->bounds, p);
 }
 
@@ -106,18 +70,20 @@ RARE static rumo_fault update_numbers(rumo_controller *ctl, const rumo_numbers *
     /* Multipliers are kept, but not where their rows come or go, or their units or ranges change. */
     const int scales = differ(fresh.input_scales, old->input_scales, s->nu);
     const int prices = differ(fresh.l1, old->l1, s->nc) || differ(fresh.l2, old->l2, s->nc);
-    const int moves = comes_or_goes(was->move_lower, is->move_lower, s->nu) || comes_or_goes(was->move_upper, is->move_upper, s->nu);
+    const int moves = comes_or_goes(was->move_lower, is->move_lower, s->nu) ||
+                      comes_or_goes(was->move_upper, is->move_upper, s->nu);
     const int rows = moves || comes_or_goes(was->input_lower, is->input_lower, bounded) ||
                      comes_or_goes(was->input_upper, is->input_upper, bounded) ||
                      comes_or_goes(old->constraint_limits, fresh.constraint_limits, s->N * s->nc);
     const int given_parameters = given->parameter_values != NULL;
-    const int linear = given_parameters || scales || moves || differ(fresh.output_weights, old->output_weights, s->N * s->ny) ||
+    const int linear = given_parameters || scales || moves ||
+                       differ(fresh.output_weights, old->output_weights, s->N * s->ny) ||
                        differ(fresh.move_weights, old->move_weights, s->n) ||
                        differ(fresh.constraint_scales, old->constraint_scales, s->nc);
     assign_rumo_numbers(old, &fresh, sizes);
-    derive_numbers(ctl);
-    if (given_parameters) to_lanes(old->parameter_values, np, np, s->N, s->lanes, ctl->p_lanes);
-    if (scales || prices || rows) clear_members(&ctl->q);
+    SOLVER.renumber(&ctl->solver);
+    if (given_parameters) to_lanes(old->parameter_values, np, np, s->N, s->lanes, ctl->stages.p_lanes);
+    if (scales || prices || rows) SOLVER.forget(&ctl->solver);
     if (linear) ctl->prepared = 0;
     return no_fault;
 }

@@ -89,7 +89,8 @@ RARE static rumo_fault check_settings(const rumo_settings *t) {
 RUMO_TABLES(RULES)
 
 /* Lower limits (count,) against upper ones; those of moves must allow none. */
-RARE static rumo_fault check_limits(const char *member, const double *lower, const double *upper, int count, int moves) {
+RARE static rumo_fault check_limits(const char *member, const double *lower, const double *upper, int count,
+                                    int moves) {
     for (int i = 0; i < count; ++i) {
         if (lower[i] > upper[i]) return (rumo_fault){RUMO_CROSSED, "", member, i};
         if (moves && !(lower[i] <= 0.0 && upper[i] >= 0.0)) return (rumo_fault){RUMO_NO_REST, "", member, i};

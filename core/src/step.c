@@ -6,8 +6,7 @@
 #include "controller.h"
 #include "guard/follow.c"
 #include "guard/gate.c"
-#include "stages/linearise.c"
-#include "solve/dense/iterate.c"
+#include "iterate.c"
 
 /* A guess farther from the dynamics than this share of what the inputs can do has strayed. */
 #define STRAYED 0.03
@@ -15,17 +14,17 @@
 /* Linearise about the plan next. */
 static void guess_plan(rumo_controller *ctl) {
     const dims *s = &ctl->s;
-    copy(ctl->guess_u, plan_u(ctl), s->N * s->nu);
-    copy(ctl->guess_x, plan_x(ctl), (s->N + 1) * s->nx);
+    copy(ctl->stages.guess_u, plan_u(ctl), s->N * s->nu);
+    copy(ctl->stages.guess_x, plan_x(ctl), (s->N + 1) * s->nx);
     copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(s));
-    copy(ctl->guess_inner, ctl->inner, s->ni * s->lanes);
+    copy(ctl->stages.guess_inner, ctl->inner, s->ni * s->lanes);
 }
 
 /* Iterate on the state that is expected at the next sample, and what was wanted at the last. */
 static void advance_guess(rumo_controller *ctl) {
     for (int i = 0; ctl->guard.has_guess && ctl->has_reference && i < ctl->settings.preparation_iterations; ++i) {
         rumo_plan ignored = {0};
-        if (!is_solved(iterate(ctl, ctl->guess_x, ctl->last_reference, &ignored))) return;
+        if (!is_solved(iterate(ctl, ctl->stages.guess_x, ctl->last_reference, &ignored))) return;
         const int done = change(ctl) < ctl->settings.sqp_tolerance;
         guess_plan(ctl);
         ctl->guard.has_guess = linearize(ctl, 0);
@@ -69,7 +68,7 @@ static rumo_status attempt(rumo_controller *ctl, const double *x, const double *
     const rumo_status finite = finite_sample(s->nx, x, reference, (s->N + 1) * s->ny);
     if (finite != RUMO_OPTIMAL) return finite;
     if (ctl->settings.preparation_iterations > 0) keep_reference(ctl, reference);
-    if (!plausible(&ctl->guard, x, ctl->condensed.near_reach)) return RUMO_BAD_MEASUREMENT;
+    if (!plausible(&ctl->guard, x, ctl->stages.near_reach)) return RUMO_BAD_MEASUREMENT;
     if (!ctl->guard.has_guess) {
         start_guess(ctl, x);
         if (!linearize(ctl, 0)) return RUMO_SOLVER_FAILED;
@@ -82,10 +81,10 @@ static rumo_status attempt(rumo_controller *ctl, const double *x, const double *
         const rumo_status better = iterate(ctl, x, reference, plan);
         if (!is_solved(better)) {
             /* Keep what the iteration before found: it is the guess. */
-            copy(plan_u(ctl), ctl->guess_u, s->N * s->nu);
-            copy(plan_x(ctl), ctl->guess_x, (s->N + 1) * s->nx);
+            copy(plan_u(ctl), ctl->stages.guess_u, s->N * s->nu);
+            copy(plan_x(ctl), ctl->stages.guess_x, (s->N + 1) * s->nx);
             copy(plan_constraints(ctl), ctl->guess_rest, rest_of_plan(s));
-            copy(ctl->inner, ctl->guess_inner, s->ni * s->lanes);
+            copy(ctl->inner, ctl->stages.guess_inner, s->ni * s->lanes);
             break;
         }
         status = better;
@@ -106,9 +105,9 @@ static void conclude(rumo_controller *ctl, rumo_status cause, rumo_plan *plan) {
     plan->status = follow(&ctl->guard, solved, cause);
     if (!solved && g->has_next) show_algebraic(ctl);
     if (g->has_next) {
-        copy(ctl->guess_u, g->next_u, s->N * s->nu);
-        copy(ctl->guess_x, g->next_x, (s->N + 1) * s->nx);
-        copy(ctl->guess_inner, g->next_inner, s->ni * s->lanes);
+        copy(ctl->stages.guess_u, g->next_u, s->N * s->nu);
+        copy(ctl->stages.guess_x, g->next_x, (s->N + 1) * s->nx);
+        copy(ctl->stages.guess_inner, g->next_inner, s->ni * s->lanes);
     }
     ctl->prepared = 0;
 }
@@ -119,7 +118,7 @@ static void feedback(rumo_controller *ctl, const double *x, const double *refere
     plan->numbers = ctl->numbers;
     plan->count = size_of_plan(&ctl->s);
     plan->iterations = plan->conflicts = 0;
-    plan->conflict = ctl->q.conflict;
+    plan->conflict = NULL;
     const rumo_status status = attempt(ctl, x, reference, plan);
     conclude(ctl, status, plan);
     plan->prepare_seconds = ctl->prepare_seconds;

@@ -101,7 +101,7 @@ static void check_inputs(const run *r) {
     CHECK(memcmp(applied + decided - nu, u + d * nu, (size_t)nu * sizeof *u) == 0, "%s: applied", r->f->name);
 }
 
-static void check_numbers(const run *r, int solved) {
+static void check_values(const run *r, int solved) {
     const rumo_problem *p = r->f->problem;
     const int nx = p->sizes.states, nc = p->sizes.constraints, N = p->sizes.horizon;
     const double *x = r->plan.numbers + N * p->sizes.inputs, *constraints = x + (N + 1) * nx;
@@ -146,8 +146,11 @@ static void check_outcome(run *r) {
           "%s: %d iterations", r->f->name, plan->iterations);
     CHECK(plan->conflicts >= 0 && plan->conflicts <= rows, "%s: %d conflicts", r->f->name, plan->conflicts);
     for (int i = 0; i < plan->conflicts; ++i)
-        CHECK(plan->conflict[i] >= 0 && plan->conflict[i] < rows, "%s: row %d in conflict", r->f->name,
-              plan->conflict[i]);
+        CHECK(plan->conflict[i].stage > s->delay && plan->conflict[i].stage <= s->horizon && plan->conflict[i].index >= 0 &&
+                  plan->conflict[i].index <
+                      (plan->conflict[i].kind == RUMO_PATH_CONSTRAINT ? s->constraints : s->inputs),
+              "%s: %d of kind %d at stage %d in conflict", r->f->name, plan->conflict[i].index,
+              (int)plan->conflict[i].kind, plan->conflict[i].stage);
     r->unsolved = solved ? 0 : r->unsolved + 1;
     if (r->unsolved > s->horizon - s->delay - 1)
         CHECK(plan->status == RUMO_PLAN_EXHAUSTED, "%s: %d steps with one plan", r->f->name, r->unsolved);
@@ -155,7 +158,7 @@ static void check_outcome(run *r) {
     ++r->all[plan->status];
     CHECK(memcmp(r->counts, rumo_core.counts(r->c), sizeof r->counts) == 0, "%s: counts", r->f->name);
     check_inputs(r);
-    check_numbers(r, solved);
+    check_values(r, solved);
 }
 
 /* After a reset and a good sample, all is as it was recorded at the beginning. */

@@ -43,7 +43,6 @@ static void vary(own_numbers *own, const rumo_sizes *s) {
         const double span = n->input_scales[j];
         lower[j] = below(2) ? -INFINITY : -uniform(0.3, 1.0) * span;
         upper[j] = below(2) ? INFINITY : uniform(0.3, 1.0) * span;
-        const double narrow = uniform(0.6, 1.0);
         for (int b = 0; b < s->blocks; ++b) {
             ((double *)n->block_lower)[b * s->inputs + j] = lower[j];
             ((double *)n->block_upper)[b * s->inputs + j] = upper[j];
@@ -51,11 +50,12 @@ static void vary(own_numbers *own, const rumo_sizes *s) {
         for (int k = 0; k < s->horizon; ++k) {
             double *of = (double *)n->bounds.input_upper + k * s->inputs + j;
             const double room = *of - n->bounds.input_lower[k * s->inputs + j];
-            if (isfinite(room)) *of -= (1.0 - narrow) * 0.5 * room;
+            if (isfinite(room)) *of -= uniform(0.0, 0.2) * room;
         }
     }
     for (int i = 0; i < s->horizon * s->constraints; ++i)
-        ((double *)n->constraint_limits)[i] = below(6) ? 0.1 * n->constraint_scales[i % s->constraints] * uniform(0.0, 1.0) : INFINITY;
+        ((double *)n->constraint_limits)[i] =
+            below(6) ? n->constraint_scales[i % s->constraints] * uniform(0.0, 0.1) : INFINITY;
 }
 
 static int same(const rumo_plan *a, const rumo_plan *b) {
@@ -80,7 +80,8 @@ static void update_is_set_up(const fixture *f) {
         vary(&own, s);
         rumo_controller *updated = made(f->problem, &memory[0]);
         const rumo_fault fault = rumo_core.update(updated, &own.is);
-        CHECK(fault.error == RUMO_FINE, "%s: %s[%d] %s", f->name, fault.member, fault.index, rumo_core.error_text(fault.error));
+        CHECK(fault.error == RUMO_FINE, "%s: %s[%d] %s", f->name, fault.member, fault.index,
+              rumo_core.error_text(fault.error));
         other.numbers = own.is;
         rumo_controller *fresh = made(&other, &memory[1]);
         copy(rumo_core.applied(updated), rumo_core.applied(fresh), decided_of(s));

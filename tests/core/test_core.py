@@ -72,7 +72,7 @@ def test_has_no_variables(core_object):
     assert data == ["rumo_core"], "the table of functions is constant, but a loader fills in its addresses"
 
 
-@pytest.mark.parametrize("program", ["test_steps", "soak"])
+@pytest.mark.parametrize("program", ["test_steps", "test_update", "soak"])
 def test_tailored_under_sanitizers(program, tailored_headers, tmp_path):
     flags = ("-include", str(tailored_headers / "tailored.h"), f"-I{tailored_headers}")
     source = CORE / "tests" / f"{program}.c"

@@ -4,10 +4,10 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
-from problems import car
+from problems import car, pendulum
 
 import rumo
-from rumo.kernel import Core, Settings
+from rumo.kernel import Core, Settings, as_numbers
 
 
 @pytest.fixture(scope="module")
@@ -92,3 +92,31 @@ def step(core):
     core.step(np.array(x), reference, numbers)
     assert np.isfinite(numbers[:-4]).all()
     return numbers
+
+
+def test_bounds_of_an_interval_are_the_solvers():
+    problem = pendulum(horizon=10, delay=1)
+    rti = rumo.RealTimeIteration(problem, backend="portable", sqp_iterations=30)
+    description = rti._describe()
+    upper = np.tile(problem.input_upper, (10, 1))
+    upper[3:5] = 0.1
+    settings = replace(Settings(), sqp_iterations=30)
+    core = Core(0, description.values | {"input_upper": upper}, asdict(settings))
+    numbers = np.empty(10 * 1 + 11 * 2 + 4)
+    status, *_ = core.step(np.array([0.0, 0.0]), np.full((11, len(problem.outputs)), 0.8), numbers)
+    assert status == 0
+    u, x = numbers[:10].reshape(10, 1), numbers[10:32].reshape(11, 2)
+    np.testing.assert_allclose(u[3:5], 0.1)
+    assert (u[[2, 5]] > 0.2).all()
+    # Inputs clipped afterwards would not lead to these states.
+    inner, parameters = np.zeros((10, 0)), problem.parameters
+    assert np.abs(rti.transcription.linearize(x, u, inner, parameters).defect).max() < 1e-9
+
+
+def test_numbers_that_hold_on_all_intervals():
+    sizes = {"horizon": 3, "inputs": 2, "constraints": 1}
+    numbers = as_numbers(sizes, {"input_lower": [-1.0, -2.0], "constraint_limits": [0.5], "l1": [1.0]})
+    np.testing.assert_array_equal(numbers["input_lower"], [[-1.0, -2.0]] * 3)
+    np.testing.assert_array_equal(numbers["constraint_limits"], [[0.5]] * 3)
+    np.testing.assert_array_equal(numbers["l1"], [1.0])
+    assert set(numbers) == {"input_lower", "constraint_limits", "l1"}

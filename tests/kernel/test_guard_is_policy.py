@@ -13,7 +13,7 @@ from rumo.kernel import Guard, Settings, Trajectory
 from rumo.status import Status
 
 PERIOD = 0.05
-STEPS = 400
+STEPS = 250
 
 
 class Scripted(PolicyController):
@@ -100,7 +100,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("case", CASES)
 def test_the_same_sequence_of_samples(case, seed):
     rng = np.random.default_rng(seed)
@@ -138,7 +138,7 @@ def test_the_same_sequence_of_samples(case, seed):
         if guard.next is not None:
             for ours, theirs in zip(guard.next, vars(controller._previous).values(), strict=True):
                 same(ours, theirs)
-        if k % 150 == 149:
+        if k % 100 == 99:
             controller.reset()
             guard.reset()
     assert guard.counts == controller.status_counts

@@ -18,7 +18,9 @@ static inline void *alloc(arena *a, size_t bytes) {
     return piece;
 }
 
-static inline double *alloc_doubles(arena *a, ptrdiff_t count) { return (double *)alloc(a, (size_t)count * sizeof(double)); }
+static inline double *alloc_doubles(arena *a, ptrdiff_t count) {
+    return (double *)alloc(a, (size_t)count * sizeof(double));
+}
 
 static inline int *alloc_ints(arena *a, ptrdiff_t count) { return (int *)alloc(a, (size_t)count * sizeof(int)); }
 

@@ -9,7 +9,7 @@
 #include "base/arena.h"
 #include "base/lanes.h"
 
-/* A struct is copied whole, then its arrays; lengths are those of the original, since a measuring arena has no copies. */
+/* A struct is copied whole, then its arrays; lengths are those of the original: a measuring arena has no copies. */
 #define KEEP_COUNT(name, least)
 #define KEEP_INTS(name, rows, columns) to->name = copy_ints(a, t->name, (ptrdiff_t)(rows) * (columns));
 #define KEEP_DOUBLES(name, rows, columns, rule) to->name = copy_doubles(a, t->name, (ptrdiff_t)(rows) * (columns));
@@ -35,19 +35,19 @@ RUMO_TABLES(KEEP)
 #define MERGE_INTS(name, rows, columns)
 #define MERGE_DOUBLES(name, rows, columns, rule) to->name = given->name ? given->name : t->name;
 #define MERGE_STRUCT(type, name) merge_##type(&to->name, &given->name, &t->name, s);
-#define MERGE(type, table)                                                                                              \
-    RARELY static inline void merge_##type(type *to, const type *given, const type *t, const rumo_sizes *s) {           \
-        (void)s;                                                                                                        \
-        table(MERGE_COUNT, MERGE_INTS, MERGE_DOUBLES, MERGE_STRUCT)                                                     \
+#define MERGE(type, table)                                                                                    \
+    RARELY static inline void merge_##type(type *to, const type *given, const type *t, const rumo_sizes *s) { \
+        (void)s;                                                                                              \
+        table(MERGE_COUNT, MERGE_INTS, MERGE_DOUBLES, MERGE_STRUCT)                                           \
     }
 
 /* Numbers into arrays that are the core's own. */
 #define ASSIGN_DOUBLES(name, rows, columns, rule) \
     if (to->name != t->name) memcpy((double *)to->name, t->name, (size_t)((rows) * (columns)) * sizeof(double));
 #define ASSIGN_STRUCT(type, name) assign_##type(&to->name, &t->name, s);
-#define ASSIGN(type, table)                                                                          \
-    RARELY static inline void assign_##type(type *to, const type *t, const rumo_sizes *s) {          \
-        table(MERGE_COUNT, MERGE_INTS, ASSIGN_DOUBLES, ASSIGN_STRUCT)                                \
+#define ASSIGN(type, table)                                                                 \
+    RARELY static inline void assign_##type(type *to, const type *t, const rumo_sizes *s) { \
+        table(MERGE_COUNT, MERGE_INTS, ASSIGN_DOUBLES, ASSIGN_STRUCT)                       \
     }
 
 MERGE(rumo_bounds, RUMO_BOUNDS_TABLE)

@@ -15,12 +15,14 @@
 #define RARELY
 #endif
 
-/* Where the compiler's own choice costs a twentieth of a step: what must be inlined, and what must not where sizes are
- * not constants. */
+/* Where the compiler's own choice costs a twentieth of a step: what must be inlined, what must not, and what must not
+ * where sizes are not constants. */
 #ifdef __GNUC__
 #define WITHIN inline __attribute__((always_inline))
+#define OUTSIDE __attribute__((noinline))
 #else
 #define WITHIN inline
+#define OUTSIDE
 #endif
 #if defined(__GNUC__) && !defined(RUMO_TAILORED)
 #define APART __attribute__((noinline))

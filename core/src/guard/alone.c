@@ -11,8 +11,10 @@
 static void lay_out_alone(arena *a, rumo_guard *g, const rumo_guard_data *data) {
     rumo_guard_data own;
     copy_rumo_guard_data(a, &own, data, &data->sizes);
-    own.sizes = data->sizes;
-    lay_out_guard(a, g, &own, NULL, NULL, NULL);
+    lay_out_guard(a, g, &own);
+    g->u = alloc_doubles(a, g->s.N * g->s.nu);
+    g->x = alloc_doubles(a, (g->s.N + 1) * g->s.nx);
+    g->inner = alloc_doubles(a, (ptrdiff_t)g->s.ni * g->s.lanes);
     g->rows = alloc_doubles(a, (ptrdiff_t)g->s.N * g->s.ni);
     g->next_rows = alloc_doubles(a, (ptrdiff_t)g->s.N * g->s.ni);
 }
@@ -76,7 +78,8 @@ static void inner_to_rows(const dims *s, const double *lanes, double *rows) {
 }
 
 /* A candidate counts if it is one that can be applied, and every number of it is finite. */
-static rumo_status follow_candidate(rumo_guard *g, const double *u, const double *x, const double *inner, rumo_status *cause) {
+static rumo_status follow_candidate(rumo_guard *g, const double *u, const double *x, const double *inner,
+                                    rumo_status *cause) {
     const dims *s = &g->s;
     const int usable = *cause <= RUMO_BUDGET_EXCEEDED;
     const int solved = usable && u && all_finite(u, s->N * s->nu) && all_finite(x, (s->N + 1) * s->nx) &&

@@ -15,7 +15,7 @@ struct rumo_guard {
     double gate_width;
     int gate_patience;
 
-    double *u, *x, *inner;                /* the plan: (N, nu), (N + 1, nx), (ni, lanes); a controller's own */
+    double *u, *x, *inner;                /* the plan: (N, nu), (N + 1, nx), (ni, lanes) */
     double *next_u, *next_x, *next_inner; /* the same one sample later: what is followed without a solution */
     int has_next, inputs_left;
     double *applied;                      /* (max(d, 1), nu), oldest first */
@@ -32,13 +32,10 @@ struct rumo_guard {
     double *rows, *next_rows;             /* (N, ni): for callers of a guard by itself */
 };
 
-/* A plan that is a controller's own, or of the guard's (u NULL). */
-static void lay_out_guard(arena *a, rumo_guard *g, const rumo_guard_data *data, double *u, double *x, double *inner) {
+/* All but the plan. */
+static void lay_out_guard(arena *a, rumo_guard *g, const rumo_guard_data *data) {
     const dims s = g->s = dims_of(&data->sizes);
     g->data = *data;
-    g->u = u ? u : alloc_doubles(a, s.N * s.nu);
-    g->x = x ? x : alloc_doubles(a, (s.N + 1) * s.nx);
-    g->inner = u ? inner : alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     g->next_u = alloc_doubles(a, s.N * s.nu);
     g->next_x = alloc_doubles(a, (s.N + 1) * s.nx);
     g->next_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
@@ -67,7 +64,8 @@ static inline const double *last_decided(const rumo_guard *g) { return g->applie
 static void rest(rumo_guard *g, double *u) {
     const rumo_bounds *bounds = &g->data.bounds;
     const double *last = last_decided(g);
-    for (int i = 0; i < g->s.N * g->s.nu; ++i) u[i] = clip(last[i % g->s.nu], bounds->input_lower[i], bounds->input_upper[i]);
+    for (int i = 0; i < g->s.N * g->s.nu; ++i)
+        u[i] = clip(last[i % g->s.nu], bounds->input_lower[i], bounds->input_upper[i]);
     g->has_guess = g->resting = 1;
 }
 

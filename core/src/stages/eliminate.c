@@ -53,7 +53,7 @@ static inline void subtract(double *restrict y, const double *restrict a, const 
 }
 
 /* Solve a dense block for its right-hand side, in eight stages at once: work (m, m + k + 1, LANES). */
-static inline void solve_block(double *work, int m, int k) {
+static OUTSIDE void solve_block(double *work, int m, int k) {
     const int columns = m + k, row = (columns + 1) * LANES;
     for (int p = 0; p < m; ++p) {
         double *restrict pivot = work + p * row;

@@ -6,8 +6,7 @@
 #ifndef RUMO_INNER_C
 #define RUMO_INNER_C
 
-#include "controller.h"
-#include "stages/tape.c"
+#include "stages/stages.h"
 
 /* Unknown r of a substep. The state at the end of the last one is not among the rows: r >= nx there. */
 static inline ptrdiff_t inner_row(const dims *s, int substep, int r) {
@@ -16,22 +15,22 @@ static inline ptrdiff_t inner_row(const dims *s, int substep, int r) {
 }
 
 /* All that the model is told about the guess at a substep. */
-static guess_lanes at_substep(const rumo_controller *ctl, int substep) {
-    const dims *s = &ctl->s;
+static guess_lanes at_substep(const stage_maps *m, int substep) {
+    const dims *s = &m->s;
     const ptrdiff_t lanes = s->lanes, stride = s->lanes + LANES;
-    guess_lanes in = {{ctl->x_lanes + 1, ctl->x_lanes, ctl->u_lanes, ctl->p_lanes, ctl->guess_inner},
+    guess_lanes in = {{m->x_lanes + 1, m->x_lanes, m->u_lanes, m->p_lanes, m->guess_inner},
                       {stride, stride, lanes, lanes, lanes}};
     if (substep > 0) {
-        in.first[1] = s->explicit_scheme ? ctl->on_the_way : ctl->guess_inner + inner_row(s, substep - 1, 0);
+        in.first[1] = s->explicit_scheme ? m->on_the_way : m->guess_inner + inner_row(s, substep - 1, 0);
         in.stride[1] = lanes;
     }
     if (substep + 1 < s->m && s->explicit_scheme) { /* residual F - 0 = F */
-        in.first[0] = ctl->zeros;
+        in.first[0] = m->zeros;
         in.stride[0] = 0;
     } else if (substep + 1 < s->m) {
-        in.first[0] = ctl->guess_inner + inner_row(s, substep, 0);
+        in.first[0] = m->guess_inner + inner_row(s, substep, 0);
         in.stride[0] = lanes;
-        in.first[4] = ctl->guess_inner + inner_row(s, substep, s->nx);
+        in.first[4] = m->guess_inner + inner_row(s, substep, s->nx);
     }
     return in;
 }
@@ -45,50 +44,42 @@ static void to_lanes(const double *restrict rows, ptrdiff_t stride, int width, i
 }
 
 /* A guess for a state at rest. */
-static void guess_inner(rumo_controller *ctl, const double *x) {
-    const dims *s = &ctl->s;
+static void guess_inner(stage_maps *m, const double *x) {
+    const dims *s = &m->s;
     for (int i = 0; i < s->ni; ++i) {
-        const int signal = ctl->problem.inner_signals[i];
-        const double value = signal < s->nx ? x[signal] : ctl->problem.algebraic_guess[signal - s->nx];
-        for (int k = 0; k < s->lanes; ++k) ctl->guess_inner[(ptrdiff_t)i * s->lanes + k] = value;
+        const int signal = m->problem->inner_signals[i];
+        const double value = signal < s->nx ? x[signal] : m->problem->algebraic_guess[signal - s->nx];
+        for (int k = 0; k < s->lanes; ++k) m->guess_inner[(ptrdiff_t)i * s->lanes + k] = value;
     }
 }
 
-/* Copy the algebraic variables into the plan's numbers. */
-static void show_algebraic(const rumo_controller *ctl) {
-    const dims *s = &ctl->s;
-    for (int k = 0; k < s->N; ++k)
-        for (int i = 0; i < s->nz; ++i) plan_z(ctl)[k * s->nz + i] = ctl->inner[(ptrdiff_t)i * s->lanes + k];
-}
-
 /* From the deviations of states and inputs to the unknowns of the plan. */
-static void expand_inner(rumo_controller *ctl) {
-    const dims *s = &ctl->s;
+static void expand_inner(const stage_maps *m, const double *dx, const double *du, double *restrict inner) {
+    const dims *s = &m->s;
     const int lanes = s->lanes;
     if (s->ni == 0) return;
-    to_lanes(ctl->dx, s->ldx, s->nx, s->N, lanes, ctl->dx_lanes);
-    to_lanes(ctl->du, s->nu, s->nu, s->N, lanes, ctl->du_lanes);
+    to_lanes(dx, s->ldx, s->nx, s->N, lanes, m->dx_lanes);
+    to_lanes(du, s->nu, s->nu, s->N, lanes, m->du_lanes);
     for (int j = 0; j < s->m; ++j) {
-        const double *result = results_of(ctl, j);
+        const double *result = results_of(m, j);
         for (int r = j + 1 == s->m ? s->nx : 0; r < s->nw; ++r) {
             const ptrdiff_t row = inner_row(s, j, r);
-            double *restrict value = ctl->inner + row;
-            copy(value, ctl->guess_inner + row, lanes);
-            for (int e = ctl->of_unknowns.start[r]; e < ctl->of_unknowns.start[r + 1]; ++e) {
-                const int column = ctl->of_unknowns.column[e];
+            double *restrict value = inner + row;
+            copy(value, m->guess_inner + row, lanes);
+            for (int e = m->of_unknowns.start[r]; e < m->of_unknowns.start[r + 1]; ++e) {
+                const int column = m->of_unknowns.column[e];
                 const double *restrict a = result + (ptrdiff_t)e * lanes;
-                const double *restrict d = column < s->nx           ? ctl->dx_lanes + (ptrdiff_t)column * lanes
-                                           : column < s->nx + s->nu ? ctl->du_lanes + (ptrdiff_t)(column - s->nx) * lanes
+                const double *restrict d = column < s->nx           ? m->dx_lanes + (ptrdiff_t)column * lanes
+                                           : column < s->nx + s->nu ? m->du_lanes + (ptrdiff_t)(column - s->nx) * lanes
                                                                     : NULL;
                 for (int k = 0; k < lanes; ++k) value[k] += d ? a[k] * d[k] : a[k];
             }
         }
         for (int r = 0; r < s->nx && j + 1 < s->m; ++r)
             for (int k = 0; k < lanes; ++k)
-                ctl->dx_lanes[(ptrdiff_t)r * lanes + k] =
-                    ctl->inner[inner_row(s, j, r) + k] - ctl->guess_inner[inner_row(s, j, r) + k];
+                m->dx_lanes[(ptrdiff_t)r * lanes + k] =
+                    inner[inner_row(s, j, r) + k] - m->guess_inner[inner_row(s, j, r) + k];
     }
-    show_algebraic(ctl);
 }
 
 #endif

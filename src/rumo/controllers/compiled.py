@@ -185,16 +185,12 @@ class CompiledRti(RealTimeIteration):
         }
         return describe(self.transcription.program(), sizes, values)
 
-    def _names_of(self, rows: list[int]) -> tuple[str, ...]:
-        """Rows of the QP in words: bounds of the free inputs, their increments if limited, path constraints."""
-        problem = self.problem
-        inputs, d = problem.model.inputs.names, problem.delay
-        n = len(inputs) * len(problem.blocks.lengths)
-        limited = np.isfinite(problem.move_lower).any() or np.isfinite(problem.move_upper).any()
-        stages = d + problem.blocks.first + 1
-        names = [f"bounds of {inputs[i % len(inputs)]} at stage {stages[i // len(inputs)]}" for i in range(n)]
-        names += [name.replace("bounds", "move bounds", 1) for name in names] if limited else []
-        constraints = problem.constraint_names.names
-        for stage in range(problem.horizon):
-            names += [f"{name} at stage {stage + 1}" for name in constraints]
-        return tuple(names[row] for row in sorted(rows))
+    def _names_of(self, conflict: list[tuple[int, int, int]]) -> tuple[str, ...]:
+        """Limits in words: bounds of inputs, their increments, path constraints."""
+        inputs, constraints = self.problem.model.inputs.names, self.problem.constraint_names.names
+        kinds = (
+            [f"bounds of {name}" for name in inputs],
+            [f"move bounds of {name}" for name in inputs],
+            constraints,
+        )
+        return tuple(f"{kinds[kind][index]} at stage {stage}" for kind, stage, index in sorted(conflict))

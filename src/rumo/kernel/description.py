@@ -111,7 +111,8 @@ def describe(stage: StageProgram, sizes: Mapping[str, int], values: Mapping[str,
     sizes : mapping of str to int
         All of `SIZES` but slots, and `shift_same_rows`.
     values : mapping of str to ndarray
-        Weights, limits, scales, and where intervals are after a sample; see `as_numbers`.
+        Weights, limits, scales, and where intervals are after a sample; see `as_numbers`. Limits of constraints are 0
+        where not given.
     """
     description: dict[str, Any] = dict(sizes)
     description |= {"slots": len(stage.fixed), "fixed": stage.fixed}
@@ -134,7 +135,8 @@ def describe(stage: StageProgram, sizes: Mapping[str, int], values: Mapping[str,
         "elimination_entries": len(elimination["elimination_row"]),
         "composition_entries": len(composition["composition_row"]),
     }
-    numbers = {name: values[name] for name in NUMBERS if name in values}
+    numbers = {"constraint_limits": np.zeros(sizes["constraints"])}
+    numbers |= {name: values[name] for name in NUMBERS if name in values}
     description |= dict(values) | as_numbers(sizes, numbers)
     for member in members("rumo_problem"):
         if member.kind in ("ints", "doubles"):
@@ -144,13 +146,9 @@ def describe(stage: StageProgram, sizes: Mapping[str, int], values: Mapping[str,
 
 
 def as_numbers(sizes: Mapping[str, int], values: Mapping[str, Array]) -> dict[str, Array]:
-    """The members of `rumo_numbers` as the core wants them.
-
-    Bounds of inputs (nu,) hold on all intervals; limits of constraints are 0 where not given.
-    """
-    N = sizes["horizon"]
-    numbers = {"constraint_limits": np.zeros((N, sizes["constraints"]))} | dict(values)
-    for name in ("input_lower", "input_upper"):
-        if name in numbers:
-            numbers[name] = np.broadcast_to(numbers[name], (N, sizes["inputs"]))
-    return {name: np.ascontiguousarray(array, dtype=float) for name, array in numbers.items()}
+    """Members of `rumo_numbers` as the core wants them: bounds (nu,) and limits (nc,) hold on all intervals."""
+    widths = {"input_lower": "inputs", "input_upper": "inputs", "constraint_limits": "constraints"}
+    numbers = {name: np.asarray(array, dtype=float) for name, array in values.items()}
+    for name in widths.keys() & numbers.keys():
+        numbers[name] = np.broadcast_to(numbers[name], (sizes["horizon"], sizes[widths[name]]))
+    return {name: np.ascontiguousarray(array) for name, array in numbers.items()}

@@ -73,8 +73,7 @@ class Guard:
 
     def update(self, values: Mapping[str, Array]) -> None:
         """Take over other bounds, move bounds or another safe input; nothing changes where one is wrong."""
-        numbers = as_numbers(self._sizes, values)
-        self._guard.update({name: numbers[name] for name in values})
+        self._guard.update(as_numbers(self._sizes, values))
 
     def reset(self) -> None:
         """Forget everything; the inputs already decided are the safe input."""

@@ -112,7 +112,7 @@ static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_setting
     qp *q = &p->q;
     double start = seconds_now();
     copy_data(p, data);
-    const qp_limits limits = {settings->qp_iterations, settings->qp_tolerance, settings->qp_seconds};
+    const budget limits = {settings->qp_iterations, settings->qp_tolerance, settings->qp_seconds};
     const int impossible = crossed(q, limits.tolerance);
     if (impossible >= 0) {
         result.conflicts = 1;

@@ -11,6 +11,7 @@
 
 #include "base/clock.h"
 #include "solve/active_set/refinement.c"
+#include "solve/stage_solver.h"
 
 /* A violation below this (in units of v) may come from rounding: the minimiser is refined before it is believed. */
 #define DOUBTFUL 1e-6
@@ -18,11 +19,6 @@
 #define REMOTE 1e6
 /* After so many iterations L D L' is computed anew, and whether the multipliers prove infeasibility. */
 #define MANY_UPDATES 50
-
-typedef struct qp_limits {
-    int iterations;
-    double tolerance, seconds;
-} qp_limits;
 
 /* The row that is farthest beyond its limits (the first such row if `first`) and how far, or -1. */
 static int most_violated(const qp *q, int first, double *violated_by) {
@@ -280,7 +276,7 @@ RARE static rumo_status give_up(qp *q) {
 
 /* Solve from the present working set, whose multipliers are within their ranges. The minimiser is in q->v; where the
  * budget ends early, it is the one of the last working set. */
-static rumo_status solve_qp(qp *q, const double *restrict gradient, const qp_limits *limits) {
+static rumo_status solve_qp(qp *q, const double *restrict gradient, const budget *limits) {
     const double end = isfinite(limits->seconds) ? seconds_now() + limits->seconds : INFINITY;
     int stalled = 0, fresh = 0;
     double gained = 0.0, residual = 0.0;

@@ -11,7 +11,7 @@
 #include "base/lanes.h"
 #include "base/dims.h"
 #include "stages/sparse.h"
-#include "solve/dense/blocks.h"
+#include "base/blocks.h"
 #include "solve/dense/factorise.c"
 
 typedef struct condensed {
@@ -20,8 +20,6 @@ typedef struct condensed {
     double *response;     /* (N, rows, ld): dx and dz over v */
     double *outputs;      /* (N ny, ld): sqrt(2 Q) dy over v */
     double *rows;         /* (N nc, ld): dG over v */
-    double *reach;        /* (nx,): how far all inputs' ranges move a state until the end of the horizon, */
-    double *near_reach;   /* and until the end of the innovation gate's horizon */
     double *root_weights; /* (N, ny): sqrt(2 Q) */
     double *hessian;      /* (n, ld): upper triangle */
     double *factor;       /* (n, ld): U, with U'U the Hessian */
@@ -76,7 +74,7 @@ static inline double sum_of_sizes(const double *x, int length) {
 
 /* dx and dz over v, stage by stage, from the sparse rows of A and B. */
 static void respond(const dims *s, const sparse *map, const int *end_of_A, const double *restrict maps,
-                    const double *input_scales, int near_stages, condensed *h) {
+                    const double *input_scales, condensed *h) {
     for (int k = s->d; k < s->N; ++k) {
         double *now = h->response + (ptrdiff_t)k * s->rows * s->ld;
         const int before = padded(inputs_at(s, &h->held, k - 1)), length = padded(inputs_at(s, &h->held, k));
@@ -92,12 +90,13 @@ static void respond(const dims *s, const sparse *map, const int *end_of_A, const
             }
         }
     }
-    const double *last = h->response + (ptrdiff_t)(s->N - 1) * s->rows * s->ld;
-    const double *near = h->response + (ptrdiff_t)(near_stages - 1) * s->rows * s->ld;
-    for (int r = 0; r < s->nx; ++r) {
-        h->reach[r] = sum_of_sizes(last + r * s->ld, s->ld);
-        h->near_reach[r] = sum_of_sizes(near + r * s->ld, padded(inputs_at(s, &h->held, near_stages - 1)));
-    }
+}
+
+/* How far the ranges of all free inputs together move each state until the end of a stage: it is in the responses. */
+static void reach_of(const dims *s, const condensed *h, int stages, double *restrict reach) {
+    const double *last = h->response + (ptrdiff_t)(stages - 1) * s->rows * s->ld;
+    const int length = padded(inputs_at(s, &h->held, stages - 1));
+    for (int r = 0; r < s->nx; ++r) reach[r] = sum_of_sizes(last + r * s->ld, length);
 }
 
 /* Upper triangle of the Gauss-Newton Hessian: outputs' outputs, and the band of the input increments. */

@@ -39,4 +39,13 @@ static inline void act(const dims *s, const rumo_blocking *held, int k, int j, d
     else act_on_blocks(s, held, k, j, value, row);
 }
 
+/* Input j of stage k, given the values of blocks and what comes before the first of them. */
+static inline double blocked_input(const dims *s, const rumo_blocking *held, const double *before,
+                                   const double *values, int k, int j) {
+    const int own = block_at(s, held, k) * s->nu + j;
+    const double share = share_at(s, held, k);
+    return share < 1.0 ? share * values[own] + (1.0 - share) * (own < s->nu ? before[j] : values[own - s->nu])
+                       : values[own];
+}
+
 #endif

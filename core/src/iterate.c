@@ -1,0 +1,125 @@
+/* One iteration: linearise at the guess, solve for the step, and add it up to a plan. */
+#ifndef RUMO_ITERATE_C
+#define RUMO_ITERATE_C
+
+#include "base/clock.h"
+#include "controller.h"
+#include "stages/inner.c"
+#include "stages/linearise.c"
+
+/* Steps below this share of the inputs' ranges are rounding. */
+#define NO_STEP 1e-12
+
+/* A guess of a state at rest, with the last input decided. */
+static void start_guess(rumo_controller *ctl, const double *x) {
+    const dims *s = &ctl->s;
+    stage_maps *m = &ctl->stages;
+    for (int k = 0; k <= s->N; ++k) copy(m->guess_x + k * s->nx, x, s->nx);
+    rest(&ctl->guard, m->guess_u);
+    guess_inner(m, x);
+    ctl->last_step = NAN;
+    ctl->prepared = m->balanced = 0;
+    SOLVER.forget(&ctl->solver);
+}
+
+/* How far the guess is from satisfying the dynamics, over the reach of the inputs; but not where it is extrapolated. */
+static double straying(const stage_maps *m) {
+    const dims *s = &m->s;
+    double worst = 0.0;
+    for (int r = 0; r < s->nx; ++r) {
+        const int e = m->map.start[r + 1] - 1; /* the last entry of a row is c, if it has one */
+        if (e < m->map.start[r] || m->map.column[e] != s->width - 1 || !(m->reach[r] > 0.0)) continue;
+        double largest = 0.0;
+        for (int k = 0; k + 1 < s->N; ++k) {
+            const double size = fabs(m->maps[(ptrdiff_t)e * s->lanes + k]);
+            largest = size > largest ? size : largest;
+        }
+        worst = fmax(worst, largest / m->reach[r]);
+    }
+    return worst;
+}
+
+/* Linearise about the guess, and let the solver prepare, with what it keeps of the step before `shift` stages on. */
+static int linearize(rumo_controller *ctl, int shift) {
+    stage_maps *const m = &ctl->stages;
+    const int usable = linearise(m, last_decided(&ctl->guard));
+    ctl->linearized_at = seconds_now();
+    if (!usable || !SOLVER.prepare(&ctl->solver, m, shift)) return 0;
+    ctl->straying = straying(m);
+    return 1;
+}
+
+/* Copy the algebraic variables into the plan's numbers. */
+static void show_algebraic(const rumo_controller *ctl) {
+    const dims *s = &ctl->s;
+    for (int k = 0; k < s->N; ++k)
+        for (int i = 0; i < s->nz; ++i) plan_z(ctl)[k * s->nz + i] = ctl->inner[(ptrdiff_t)i * s->lanes + k];
+}
+
+/* Guess and step make the plan; returns the status it deserves. */
+static WITHIN rumo_status expand(rumo_controller *ctl, const double *x, rumo_status status) {
+    const rumo_problem *p = &ctl->problem;
+    const dims s = dims_of(&p->sizes);
+    const stage_maps *m = &ctl->stages;
+    const stage_step *step = &ctl->step;
+    double *u = plan_u(ctl), *states = plan_x(ctl);
+    for (int i = 0; i < s.N * s.nu; ++i) u[i] = m->guess_u[i] + step->du[i];
+    copy(states, x, s.nx);
+    int violated = 0, usable = 1;
+    for (int k = 0; k < s.N; ++k) {
+        const double *dx = step->dx + (ptrdiff_t)(k + 1) * s.ldx;
+        for (int r = 0; r < s.nx; ++r) states[(k + 1) * s.nx + r] = m->guess_x[(k + 1) * s.nx + r] + dx[r];
+        for (int r = 0; r < s.nc; ++r) {
+            const double value = step->constraints[k * s.nc + r];
+            violated |= value > SLACK_TOLERANCE * p->numbers.constraint_scales[r] && p->imposed[k * s.nc + r];
+            usable &= value < INFINITY; /* below an infinite limit it is infinite itself */
+        }
+    }
+    if (s.ni) expand_inner(m, step->dx, step->du, ctl->inner);
+    if (s.ni) show_algebraic(ctl);
+    if (!usable || !all_finite(ctl->numbers, s.N * s.nu + (s.N + 1) * s.nx)) return RUMO_SOLVER_FAILED;
+    if (!all_finite(ctl->inner, s.ni * s.lanes)) return RUMO_SOLVER_FAILED;
+    return status == RUMO_OPTIMAL && violated ? RUMO_SOFT_VIOLATED : status;
+}
+
+/* How far the iteration has come. */
+static void diagnose(rumo_controller *ctl) {
+    double *d = plan_diagnostics(ctl);
+    const double size = ctl->step.size;
+    d[RUMO_INTEGRATOR_RESIDUAL] = ctl->straying;
+    d[RUMO_STEP] = size;
+    d[RUMO_CONTRACTION] = ctl->last_step > NO_STEP ? size / ctl->last_step : NAN;
+    d[RUMO_KKT_RESIDUAL] = ctl->step.kkt_residual;
+    ctl->last_step = size;
+}
+
+/* One step from a prepared guess; SOLVER_FAILED leaves no plan. */
+static rumo_status iterate(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
+    const budget limits = {ctl->settings.qp_iterations, ctl->settings.qp_tolerance, ctl->settings.qp_seconds};
+    const stage_known known = {x, ctl->guard.applied, reference};
+    stage_step *const step = &ctl->step;
+    const rumo_status status = SOLVER.solve(&ctl->solver, &ctl->stages, &known, &limits, step);
+    plan->iterations += step->iterations;
+    plan->conflicts = step->conflicts;
+    plan->conflict = step->conflict;
+    if (status == RUMO_SOLVER_FAILED) return status;
+    diagnose(ctl);
+    return expand(ctl, x, status);
+}
+
+static int is_solved(rumo_status status) { return status == RUMO_OPTIMAL || status == RUMO_SOFT_VIOLATED; }
+
+/* Largest change of an input over its range, or of a state over the reach of the inputs, from guess to plan. */
+static double change(const rumo_controller *ctl) {
+    const dims *s = &ctl->s;
+    const double *scales = ctl->problem.numbers.input_scales;
+    double largest = 0.0;
+    for (int i = 0; i < s->N * s->nu; ++i)
+        largest = fmax(largest, fabs(plan_u(ctl)[i] - ctl->stages.guess_u[i]) / scales[i % s->nu]);
+    for (int i = 0; i < (s->N + 1) * s->nx; ++i)
+        if (ctl->stages.reach[i % s->nx] > 0.0)
+            largest = fmax(largest, fabs(plan_x(ctl)[i] - ctl->stages.guess_x[i]) / ctl->stages.reach[i % s->nx]);
+    return largest;
+}
+
+#endif
