@@ -26,8 +26,8 @@ ROOMS = [
     "references",
     "registry",
     "simulation",
-    "studies",
     "report",
+    "studies",
     "bench",
     "cli",
 ]

@@ -12,7 +12,12 @@ from typer.testing import CliRunner
 import rumo
 from rumo.cli import app
 from rumo.registry import DISCRETIZATIONS
-from rumo.report.discretization import (
+from rumo.studies.discretization import DiscretizationStudy
+from rumo.studies.discretization.cases import CASES
+from rumo.studies.discretization.charts import LOOKS
+from rumo.studies.discretization.one_mode import damping
+from rumo.studies.discretization.prediction import ReferenceSolution
+from rumo.studies.discretization.report import (
     LABELS,
     cheapest,
     find,
@@ -22,11 +27,6 @@ from rumo.report.discretization import (
     properties_table,
     summary,
 )
-from rumo.report.discretization_charts import LOOKS
-from rumo.studies.cases import CASES
-from rumo.studies.discretization import DiscretizationStudy
-from rumo.studies.one_mode import damping
-from rumo.studies.prediction import ReferenceSolution
 
 SCHEMES = ("implicit-euler", "trapezoidal", "radau2", "rk4")
 

@@ -8,10 +8,10 @@ from typer.testing import CliRunner
 
 import rumo
 from rumo.cli import app
-from rumo.report.faults import fault_panels, faults_table, outcome, summary
 from rumo.report.figures import draw
 from rumo.report.plots import plot
-from rumo.studies.faults import CONTROLLERS, FAULTS, Drive, Fault, FaultStudy
+from rumo.studies.faults.study import CONTROLLERS, FAULTS, Drive, Fault, FaultStudy
+from rumo.studies.faults.report import fault_panels, faults_table, outcome, summary
 
 CASES = {"rti portable": ("rti", "portable"), "rti reference": ("rti", "reference"), "nlp": ("nlp", "portable")}
 BAD_MEASUREMENTS = ("nan", "infinite", "jump", "spin", "frozen", "missing")

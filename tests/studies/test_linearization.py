@@ -13,7 +13,10 @@ from rumo.cli import app
 from rumo.controllers import DirectNlp
 from rumo.estimation import Butterworth
 from rumo.report.figures import draw
-from rumo.report.linearization import (
+from rumo.report.plots import plot
+from rumo.status import Status
+from rumo.studies.linearization import BASE, SWEEPS, LinearizationStudy, StartedNlp
+from rumo.studies.linearization.report import (
     closed_loop_cost,
     findings,
     linearization_panels,
@@ -23,10 +26,7 @@ from rumo.report.linearization import (
     summary,
     sweep_table,
 )
-from rumo.report.plots import plot
-from rumo.status import Status
-from rumo.studies import paper
-from rumo.studies.linearization import BASE, SWEEPS, LinearizationStudy, StartedNlp
+from rumo.studies.paper import study as paper
 
 STUDY = LinearizationStudy(sweeps={"initial_error": (0.0, 4.0), "noise": (1.0,)})
 PROBLEM = BASE.problem()
@@ -68,7 +68,7 @@ def test_ltv_does_not_know_how_much_the_tyres_can_hold(monkeypatch):
     # On the reference no tyre slips, and there the squares in the friction circles have no slope.
     study = LinearizationStudy(("rti", "ltv"), {"initial_error": (4.0,)}, duration=2.0)
     limited = study.run()["initial_error"]
-    monkeypatch.setattr("rumo.studies.paper.friction_circles", lambda *_: {})
+    monkeypatch.setattr("rumo.studies.paper.study.friction_circles", lambda *_: {})
     unlimited = study.run()["initial_error"]
     assert limited["ltv"][0].sizes["constraint"] > unlimited["ltv"][0].sizes["constraint"]
     for name, same in (("ltv", True), ("rti", False)):

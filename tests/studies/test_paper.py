@@ -66,7 +66,7 @@ def test_at_the_friction_limit_it_stays_on_the_road(name):
 
 
 def test_the_summary_says_what_the_logs_say(logs):
-    from rumo.report.paper import summary
+    from rumo.studies.paper.report import summary
 
     content = summary(logs)
     rti = content["controllers"]["rti"]

@@ -36,9 +36,9 @@ def paper(
     with errors_in_words():
         from rumo.report.charts import paper_charts
         from rumo.report.page import Section, write_page
-        from rumo.report.paper import summary
         from rumo.simulation.log import save
         from rumo.studies import PaperStudy
+        from rumo.studies.paper.report import summary
 
         settings = PaperStudy(tuple(words(controllers)), seed, duration)
         folder = writable(output)
@@ -84,10 +84,10 @@ def faults(
     """Five bad samples in a row: sensors and solvers that fail, and what becomes of the drive."""
     with errors_in_words():
         from rumo.report.charts import label
-        from rumo.report.faults import LAST_COLUMN, fault_panels, fault_sections, faults_table, summary
         from rumo.report.page import write_page
         from rumo.simulation.log import save
         from rumo.studies.faults import FaultStudy
+        from rumo.studies.faults.report import LAST_COLUMN, fault_panels, fault_sections, faults_table, summary
 
         settings = FaultStudy(tuple(words(controllers)), seed=seed)
         if not gate:
@@ -125,11 +125,11 @@ def discretization(
     """Discretisation schemes: accuracy, cost and stability on the car and on stiff systems that are none."""
     with errors_in_words():
         from rumo.registry import DISCRETIZATIONS
-        from rumo.report.discretization import cheapest_table, discretization_sections, findings, summary
-        from rumo.report.discretization_charts import discretization_figures
         from rumo.report.page import write_page
-        from rumo.studies.cases import CASES
         from rumo.studies.discretization import DiscretizationStudy
+        from rumo.studies.discretization.cases import CASES
+        from rumo.studies.discretization.charts import discretization_figures
+        from rumo.studies.discretization.report import cheapest_table, discretization_sections, findings, summary
 
         settings = DiscretizationStudy(
             tuple(CASES if cases is None else words(cases)),
@@ -162,15 +162,15 @@ def linearization(
 ) -> None:
     """Linearised about the last plan, along the reference, or not at all: who loses the car, and what it costs."""
     with errors_in_words():
-        from rumo.report.linearization import (
+        from rumo.report.page import write_page
+        from rumo.studies.linearization import SWEEPS, LinearizationStudy
+        from rumo.studies.linearization.report import (
             findings,
             linearization_panels,
             linearization_sections,
             overview_table,
             summary,
         )
-        from rumo.report.page import write_page
-        from rumo.studies.linearization import SWEEPS, LinearizationStudy
 
         names = list(SWEEPS) if sweeps is None else words(sweeps)
         known_names(names, "--sweeps", SWEEPS)

@@ -10,7 +10,7 @@ import numpy as np
 
 from rumo.registry import DISCRETIZATIONS
 from rumo.report.charts import Chart, Line, Look, Panels
-from rumo.report.discretization import LABELS, ROUNDING
+from rumo.studies.discretization.report import LABELS, ROUNDING
 
 LOOKS = {
     "implicit-euler": Look("#000000", "solid", 1.2, "circle"),

@@ -19,9 +19,9 @@ from rumo.registry import DISCRETIZATIONS
 from rumo.signals import Array
 from rumo.simulation import Plant, simulate
 from rumo.simulation.replay import Recording, recorded
-from rumo.studies.cases import CASES, Case
-from rumo.studies.one_mode import PRODUCTS, RATES, damping, following_errors
-from rumo.studies.prediction import Accuracy, ReferenceSolution
+from rumo.studies.discretization.cases import CASES, Case
+from rumo.studies.discretization.one_mode import PRODUCTS, RATES, damping, following_errors
+from rumo.studies.discretization.prediction import Accuracy, ReferenceSolution
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,7 @@ from rumo.report.page import Section
 from rumo.report.tables import Table, number
 from rumo.simulation.log import signal
 from rumo.status import Status
-from rumo.studies.faults import FAULTS, Drive, FaultStudy
+from rumo.studies.faults.study import FAULTS, Drive, FaultStudy
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,8 +14,8 @@ from rumo.report.page import Section
 from rumo.report.tables import Table, number
 from rumo.signals import Array
 from rumo.status import Status
-from rumo.studies.discretization import CaseResult, DiscretizationStudy, Outcome, Results
-from rumo.studies.one_mode import INTERVALS, PRODUCTS
+from rumo.studies.discretization.one_mode import INTERVALS, PRODUCTS
+from rumo.studies.discretization.study import CaseResult, DiscretizationStudy, Outcome, Results
 
 LABELS = {
     "implicit-euler": "Implicit Euler",

@@ -16,7 +16,7 @@ from rumo.report.tables import Table, number
 from rumo.signals import Array
 from rumo.simulation.log import signal
 from rumo.status import Status
-from rumo.studies.linearization import SWEEPS, LinearizationStudy
+from rumo.studies.linearization.study import SWEEPS, LinearizationStudy
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,7 +10,7 @@ from rumo.discretization import Discretization
 from rumo.discretization.stability import eigenvalues
 from rumo.signals import Array
 from rumo.simulation import Plant
-from rumo.studies.cases import Case
+from rumo.studies.discretization.cases import Case
 from rumo.transcription import Transcription
 
 TOLERANCE = 1e-13
