@@ -10,8 +10,8 @@ import rumo
 from rumo.cli import app
 from rumo.report.figures import draw
 from rumo.report.plots import plot
-from rumo.studies.faults.study import CONTROLLERS, FAULTS, Drive, Fault, FaultStudy
 from rumo.studies.faults.report import fault_panels, faults_table, outcome, summary
+from rumo.studies.faults.study import CONTROLLERS, FAULTS, Drive, Fault, FaultStudy
 
 CASES = {"rti portable": ("rti", "portable"), "rti reference": ("rti", "reference"), "nlp": ("nlp", "portable")}
 BAD_MEASUREMENTS = ("nan", "infinite", "jump", "spin", "frozen", "missing")

@@ -10,7 +10,7 @@ import numpy as np
 
 from rumo.registry import DISCRETIZATIONS
 from rumo.report.charts import Chart, Line, Look, Panels
-from rumo.studies.discretization.report import LABELS, ROUNDING
+from rumo.studies.discretization.summary import LABELS, ROUNDING
 
 LOOKS = {
     "implicit-euler": Look("#000000", "solid", 1.2, "circle"),
@@ -34,12 +34,14 @@ def discretization_figures(content: Mapping[str, Any]) -> list[Chart | Panels]:
     implicit = [name for name in schemes if not DISCRETIZATIONS[name].explicit]
 
     def panels(key: str, title: str, x: str, x_label: str, y: str, y_label: str, shown: Sequence[str]) -> Panels:
-        of_cases = tuple((_heading(case), _lines(case, shown, x, y)) for case in cases)
+        shown_cases = tuple((_heading(case), _lines(case, shown, x, y)) for case in cases)
         logarithmic = "xy" if y == "error" else "x"
-        return Panels(key, title, x_label, y_label, of_cases, shared="", height=1.9, logarithmic=logarithmic)
+        return Panels(key, title, x_label, y_label, shown_cases, shared="", height=1.9, logarithmic=logarithmic)
 
+    if not schemes:
+        return []
     error, step = "Error of the prediction", "Time of a step [us]"
-    return [
+    of_cases = [
         panels("work-precision", f"{error} against the time of a step", "total_us", step, "error", "Error", schemes),
         panels(
             "work-precision-implicit",
@@ -69,9 +71,8 @@ def discretization_figures(content: Mapping[str, Any]) -> list[Chart | Panels]:
             "RMS",
             schemes,
         ),
-        damping_chart(content),
-        order_panels(content),
     ]
+    return [*(of_cases if cases else []), damping_chart(content), order_panels(content)]
 
 
 def _heading(case: Mapping[str, Any]) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -15,6 +16,8 @@ from rumo.signals import Array
 from rumo.terms import Weight
 from rumo.transcription import Transcription
 
+ONE_MODE = "one mode"
+"""Key of the run, among those of the cases."""
 PRODUCTS = -np.logspace(-1.0, 6.0, 141)
 """Rates of decaying modes times the length of a step."""
 RATES = (1.0, 1e6)
@@ -22,6 +25,37 @@ RATES = (1.0, 1e6)
 INTERVALS = (4, 8, 16, 32, 64, 128)
 BEGIN, LENGTH = 0.3, 1.0
 """Phase at the beginning [rad], and length of what is integrated [s]."""
+
+
+@dataclass(frozen=True)
+class ModeResult:
+    """What became of one mode.
+
+    Attributes
+    ----------
+    damping : mapping of str to ndarray, shape (n,)
+        |R(z)| of each scheme for each z in `PRODUCTS`.
+    following : mapping of float to mapping of str to ndarray
+        Errors of the model of Prothero and Robinson, by rate and scheme, for each number of intervals in `INTERVALS`;
+        explicit schemes only where they are stable.
+    """
+
+    damping: Mapping[str, Array]
+    following: Mapping[float, Mapping[str, Array]]
+
+
+@dataclass(frozen=True)
+class ModeRun:
+    """What some schemes make of one mode."""
+
+    schemes: tuple[str, ...]
+
+    def __call__(self, progress: Callable[[int, int], None] | None = None) -> ModeResult:
+        """Damp it, and let it follow."""
+        slow, fast = RATES
+        stable = [name for name in self.schemes if DISCRETIZATIONS[name].a_stable]
+        following = {slow: following_errors(self.schemes, slow), fast: following_errors(stable, fast)}
+        return ModeResult(damping(self.schemes, PRODUCTS), following)
 
 
 def damping(schemes: Sequence[str], products: Array) -> dict[str, Array]:

@@ -1,15 +1,15 @@
-"""The fault study's summary, tables, figures and page."""
+"""What became of drives through faults."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from rumo.report.charts import REFERENCE, Line, Look, Panels, label, look
+from rumo.report.contents import Report, Section
 from rumo.report.kpis import tracking_error
-from rumo.report.page import Section
-from rumo.report.tables import Table, number
+from rumo.report.tables import Table, counts, number
 from rumo.simulation.log import signal
 from rumo.status import Status
 from rumo.studies.faults.study import FAULTS, Drive, FaultStudy
@@ -21,7 +21,18 @@ AROUND = (0.4, 1.6)
 """What figures show before the first bad sample and after the last [s]."""
 
 
-LAST_COLUMN = "td { white-space: nowrap; } td:last-child, th:last-child { text-align: left; }"
+def report(study: FaultStudy, drives: Mapping[str, Mapping[str, Drive]]) -> Report:
+    """The study's report, from the drives by controller and fault."""
+    content = summary(study, drives)
+    lead = (
+        f"A car follows a sine path at {study.base.path.speed:g} m/s in wind, with noisy, unfiltered measurements; "
+        f"after {study.start:g} s come {study.count} bad samples. Seed {study.seed}, "
+        f"{'without' if study.gate is None else 'with'} the innovation gate."
+    )
+    tables = [
+        Section(label(name), [faults_table(outcomes)], brief=True) for name, outcomes in content["controllers"].items()
+    ]
+    return Report("Faults", lead, content, [*tables, Section("Figures", fault_panels(drives))])
 
 
 def summary(study: FaultStudy, drives: Mapping[str, Mapping[str, Drive]]) -> dict[str, Any]:
@@ -90,12 +101,12 @@ def faults_table(outcomes: Mapping[str, Mapping[str, Any]]) -> Table:
             number(run["exceptions"]),
             "-" if run["largest_error_m"] is None else f"{run['largest_error_m']:.3f}",
             number(run["samples_to_recover"]),
-            ", ".join(f"{count} {status}" for status, count in run["status_counts"].items()),
+            counts(run["status_counts"]),
         ]
         for run in outcomes.values()
     ]
     heads = ["", "Bad\ncommands", "Exceptions", "Largest\nerror [m]", "Samples to\nrecover", "Statuses"]
-    return Table(heads, rows)
+    return Table(heads, rows, words=(0, len(heads) - 1))
 
 
 def fault_panels(drives: Mapping[str, Mapping[str, Drive]]) -> list[Panels]:
@@ -138,9 +149,3 @@ def _line(words: str, log: xr.Dataset, of: str, style: Look) -> Line:
 def _bad(log: xr.Dataset) -> tuple[int, int]:
     first = int(log.attrs["first_bad_sample"])
     return first, first + int(log.attrs["bad_samples"])
-
-
-def fault_sections(content: Mapping[str, Any], figures: Sequence[Panels]) -> list[Section]:
-    """What the page shows: a table for each controller, from `summary`, and the figures."""
-    tables = [Section(label(name), [faults_table(outcomes)]) for name, outcomes in content["controllers"].items()]
-    return [*tables, Section("Figures", figures)]

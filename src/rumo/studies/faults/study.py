@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,8 +24,10 @@ from rumo.errors import ArgumentError, PlantError
 from rumo.estimation import RunningEstimator
 from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
+from rumo.report.contents import Report
 from rumo.signals import Array, Signals
 from rumo.simulation import Plant
+from rumo.studies.base import Key, Run, Study
 from rumo.studies.paper import CLOSE_WEIGHTS, SAMPLING_TIME, PaperStudy
 
 if TYPE_CHECKING:
@@ -144,12 +146,8 @@ class Drive:
     exception: str | None = None
 
 
-Progress = Callable[[str, int, int], None]
-"""Called with (controller, drives done, all drives)."""
-
-
 @dataclass(frozen=True)
-class FaultStudy:
+class FaultStudy(Study):
     """Settings of the study.
 
     Parameters
@@ -202,32 +200,36 @@ class FaultStudy:
         first = round(self.start / SAMPLING_TIME)
         return range(first, first + self.count)
 
-    def run(self, progress: Progress | None = None) -> dict[str, dict[str, Drive]]:
-        """Drive through each fault with each controller; the drives by controller and fault."""
-        problem = self.base.problem()
-        plant = self.base.plant()
-        drives: dict[str, dict[str, Drive]] = {}
-        for name in self.controllers:
-            controller = CONTROLLERS[name](problem, gate=self.gate)
-            drives[name] = {}
-            for fault in self.faults:
-                drives[name][fault] = self._drive(controller, plant, FAULTS[fault])
-                if progress is not None:
-                    progress(name, len(drives[name]), len(self.faults))
-        return drives
+    def runs(self) -> dict[Key, Run]:
+        """A drive for each controller and fault, by their names."""
+        return {(name, fault): _Run(self, name, fault) for name in self.controllers for fault in self.faults}
 
-    def _drive(self, controller: Controller, plant: Plant, fault: Fault) -> Drive:
+    def report(self, results: Mapping[str, Mapping[str, Drive]]) -> Report:
+        """What became of the drives, by controller and fault."""
+        from rumo.studies.faults.report import report
+
+        return report(self, results)
+
+    def log(self, result: Drive) -> xr.Dataset | None:
+        """The drive's, if it has one."""
+        return result.log
+
+    def drive(self, name: str, fault: Fault, progress: Callable[[int, int], None] | None = None) -> Drive:
+        """One drive of a controller through a fault."""
         base, bad = replace(self.base, duration=self.duration, seed=self.seed), self.bad
+        controller = self._controller(name)
 
         def between_steps(done: int, steps: int) -> None:
             if done in bad and fault.before is not None:
                 fault.before(controller)
             if done == bad.stop and fault.after is not None:
                 fault.after(controller)
+            if progress is not None:
+                progress(done, steps)
 
         exception = None
         try:
-            log = base.drive(controller, plant, between_steps, _Spoiled(fault.spoil, bad))
+            log = base.drive(controller, self._plant, between_steps, _Spoiled(fault.spoil, bad))
         except PlantError as error:
             log, exception = error.log, f"PlantError: {error}"
         except Exception as error:  # whatever a controller raises is a result here
@@ -235,3 +237,30 @@ class FaultStudy:
         if log is not None:
             log = log.assign_attrs(fault=fault.title, first_bad_sample=bad.start, bad_samples=len(bad))
         return Drive(log, exception)
+
+    def _controller(self, name: str) -> Controller:
+        if name not in self._controllers:
+            self._controllers[name] = CONTROLLERS[name](self._problem, gate=self.gate)
+        return self._controllers[name]
+
+    @cached_property
+    def _controllers(self) -> dict[str, Controller]:
+        return {}
+
+    @cached_property
+    def _problem(self) -> Problem:
+        return self.base.problem()
+
+    @cached_property
+    def _plant(self) -> Plant:
+        return self.base.plant()
+
+
+@dataclass(frozen=True)
+class _Run:
+    study: FaultStudy
+    controller: str
+    fault: str
+
+    def __call__(self, progress: Callable[[int, int], None] | None = None) -> Drive:
+        return self.study.drive(self.controller, FAULTS[self.fault], progress)

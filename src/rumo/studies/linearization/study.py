@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,8 +17,10 @@ from rumo.errors import ArgumentError, PlantError
 from rumo.estimation import Estimator
 from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
+from rumo.report.contents import Report
 from rumo.signals import Array
 from rumo.simulation import Constant, Plant
+from rumo.studies.base import Key, Run, Study
 from rumo.studies.paper import CLOSE_WEIGHTS, FILTER, NOISE, PaperStudy
 
 if TYPE_CHECKING:
@@ -151,12 +153,8 @@ SWEEPS: dict[str, Sweep] = {
 """What can grow, by name. Noise is driven at 12 m/s, all else but speed at the speed of the base, 8 m/s."""
 
 
-Progress = Callable[[str, int, int], None]
-"""Called with (sweep, drives done, all drives)."""
-
-
 @dataclass(frozen=True)
-class LinearizationStudy:
+class LinearizationStudy(Study):
     """Settings of the study. One problem, and one controller of each kind, for all drives.
 
     Parameters
@@ -204,30 +202,56 @@ class LinearizationStudy:
         """Settings of one drive."""
         return SWEEPS[sweep].drive(self.base, float(value))
 
-    def run(self, progress: Progress | None = None) -> dict[str, dict[str, list[xr.Dataset]]]:
-        """Drive all sweeps with each controller; the logs by sweep and controller, in the order of the values.
+    def runs(self) -> dict[Key, Run]:
+        """The drives, by sweep, value and controller."""
+        return {
+            (sweep, float(value), name): _Run(self, sweep, float(value), name)
+            for sweep, values in self.sweeps.items()
+            for value in values
+            for name in self.controllers
+        }
 
-        The log of a drive that the plant's integrator could not finish ends there.
-        """
-        problem = self.base.problem()
-        controllers = {name: _controller(name, problem) for name in self.controllers}
-        plant = self.base.plant()
-        logs: dict[str, dict[str, list[xr.Dataset]]] = {}
-        for sweep, values in self.sweeps.items():
-            logs[sweep] = {name: [] for name in controllers}
-            done = 0
-            for value in values:
-                for name, controller in controllers.items():
-                    logs[sweep][name].append(self._log(controller, plant, sweep, value))
-                    done += 1
-                    if progress is not None:
-                        progress(sweep, done, len(values) * len(controllers))
-        return logs
+    def report(self, results: Mapping[str, Mapping[float, Mapping[str, xr.Dataset]]]) -> Report:
+        """Who is lost where, and what the others cost; `results` are logs by sweep, value and controller."""
+        from rumo.studies.linearization.report import report
 
-    def _log(self, controller: Controller, plant: Plant, sweep: str, value: float) -> xr.Dataset:
+        return report(self, results)
+
+    def log_of(
+        self, sweep: str, value: float, name: str, progress: Callable[[int, int], None] | None = None
+    ) -> xr.Dataset:
+        """Drive once; the log of a drive that the plant's integrator could not finish ends there."""
         drive = replace(self.drive(sweep, value), duration=self.duration, seed=self.seed)
         try:
-            log = drive.drive(controller, plant)
+            log = drive.drive(self._controller(name), self._plant, progress)
         except PlantError as error:
             log = error.log
-        return log.assign_attrs(sweep=sweep, value=float(value))
+        return log.assign_attrs(sweep=sweep, value=value)
+
+    def _controller(self, name: str) -> Controller:
+        if name not in self._controllers:
+            self._controllers[name] = _controller(name, self._problem)
+        return self._controllers[name]
+
+    @cached_property
+    def _controllers(self) -> dict[str, Controller]:
+        return {}
+
+    @cached_property
+    def _problem(self) -> Problem:
+        return self.base.problem()
+
+    @cached_property
+    def _plant(self) -> Plant:
+        return self.base.plant()
+
+
+@dataclass(frozen=True)
+class _Run:
+    study: LinearizationStudy
+    sweep: str
+    value: float
+    controller: str
+
+    def __call__(self, progress: Callable[[int, int], None] | None = None) -> xr.Dataset:
+        return self.study.log_of(self.sweep, self.value, self.controller, progress)

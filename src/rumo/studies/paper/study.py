@@ -15,7 +15,9 @@ from rumo.estimation import Butterworth, Estimator, ExtendedKalman
 from rumo.problem import Problem
 from rumo.references import SinePath
 from rumo.registry import CONTROLLERS
+from rumo.report.contents import Report
 from rumo.simulation import Constant, Disturbance, Plant, RandomWalk, Sensors, simulate
+from rumo.studies.base import Key, Study
 from rumo.terms import Penalty, Weight
 from rumo.vehicles import PAPER_CAR, AsPrinted, ModifiedDugoff, dynamic_bicycle, four_wheel, friction_circles
 from rumo.vehicles.chassis import BODY_STATES
@@ -69,10 +71,6 @@ def kalman_filter() -> ExtendedKalman:
     return ExtendedKalman(noise=body | axle, process=process | {"w_f": 0.1, "w_r": 0.1})
 
 
-Progress = Callable[[str, int, int], None]
-"""Called with (controller, samples done, all samples)."""
-
-
 def reference_ranges(path: SinePath) -> dict[str, float]:
     """Span of each tracked output over the paper's run; 0 to 10 m/s for the constant speed."""
     reference = path(SAMPLING_TIME * np.arange(round(RUN / SAMPLING_TIME)))
@@ -85,7 +83,7 @@ def paper_weights(path: SinePath) -> dict[str, Weight]:
 
 
 @dataclass(frozen=True)
-class PaperStudy:
+class PaperStudy(Study):
     """Settings of the case study; the defaults are the paper's, or what Rumo takes where the paper is silent.
 
     Parameters
@@ -175,18 +173,19 @@ class PaperStudy:
         state["p_y"] += self.initial_error
         return state | {f"w_{wheel}": self.path.speed / PAPER_CAR.r for wheel in WHEELS} | {"delta": 0.0}
 
-    def run(self, progress: Progress | None = None) -> dict[str, xr.Dataset]:
-        """Drive with each controller; the logs by controller name."""
-        problem, plant = self.problem(), self.plant()
-        logs = {}
-        for name in self.controllers:
+    def runs(self) -> dict[Key, Drive]:
+        """A drive for each controller, by its name."""
+        return {(name,): Drive(self, name) for name in self.controllers}
 
-            def report(done: int, steps: int, name: str = name) -> None:
-                if progress is not None:
-                    progress(name, done, steps)
+    def report(self, results: Mapping[str, xr.Dataset]) -> Report:
+        """How each controller drives, and the paper's claims; `results` are logs by controller name."""
+        from rumo.studies.paper.report import report
 
-            logs[name] = self.drive(CONTROLLERS[name](problem), plant, report)
-        return logs
+        return report(self, results)
+
+    def log(self, result: xr.Dataset) -> xr.Dataset:
+        """All of them."""
+        return result
 
     def plant(self) -> Plant:
         """The car that is driven."""
@@ -212,3 +211,16 @@ class PaperStudy:
             disturbances={"wind_speed": self.wind, "wind_direction": Constant(np.pi / 2.0)},
             progress=progress,
         )
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The study's drive with one controller."""
+
+    study: PaperStudy
+    controller: str
+
+    def __call__(self, progress: Callable[[int, int], None] | None = None) -> xr.Dataset:
+        """Drive; the log."""
+        controller = CONTROLLERS[self.controller](self.study.problem())
+        return self.study.drive(controller, self.study.plant(), progress)
