@@ -10,7 +10,7 @@ import numpy as np
 
 from rumo.model import Model
 from rumo.problem import Problem
-from rumo.references import Reference, SinePath
+from rumo.references import OfTime, Sine, SinePath
 from rumo.signals import Array
 from rumo.studies.paper import CLOSE_WEIGHTS, PaperStudy
 from rumo.terms import Weight
@@ -59,7 +59,7 @@ class Case:
     unit: str
     perturbation: Mapping[str, float]
     control: Callable[[int, float], Problem]
-    reference: Reference
+    reference: OfTime
     duration: float
     scales: Mapping[str, float] = field(default_factory=dict)
 
@@ -75,10 +75,6 @@ class Case:
     def model(self) -> Model:
         """The system; in the closed loop it is the plant as well."""
         return self.problem(self.steps[0]).model
-
-
-def _sine(name: str, middle: float, amplitude: float, period: float) -> Reference:
-    return lambda times: {name: middle + amplitude * np.sin(2.0 * np.pi * np.asarray(times) / period)}
 
 
 def _bicycle(speed: float) -> Case:
@@ -152,7 +148,7 @@ CASES: dict[str, Callable[[], Case]] = {
         unit="1",
         perturbation={"speed": 0.1},
         control=_oscillator,
-        reference=_sine("position", 1.6, 0.2, 3.2),
+        reference=Sine("position", 1.6, 0.2, 3.2),
         duration=6.4,
     ),
     "van-de-vusse": lambda: Case(
@@ -165,7 +161,7 @@ CASES: dict[str, Callable[[], Case]] = {
         unit="mol/l",
         perturbation={"jacket": 1.0},
         control=_reactor,
-        reference=_sine("c_b", 1.0, 0.05, 3840.0),
+        reference=Sine("c_b", 1.0, 0.05, 3840.0),
         duration=7680.0,
     ),
     "robertson": lambda: Case(
@@ -178,7 +174,7 @@ CASES: dict[str, Callable[[], Case]] = {
         unit="1",
         perturbation={"b": 1e-6},
         control=_kinetics,
-        reference=_sine("a", 0.84, 0.02, 128.0),
+        reference=Sine("a", 0.84, 0.02, 128.0),
         duration=256.0,
         scales={"b": 1e-4},
     ),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -21,7 +21,7 @@ from rumo.controllers import (
 )
 from rumo.controllers.gate import WIDE_GATE
 from rumo.errors import ArgumentError, PlantError
-from rumo.estimation import RunningEstimator
+from rumo.estimation import Estimate, RunningEstimator
 from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
 from rumo.signals import Array, Signals
@@ -113,19 +113,23 @@ class _Spoiled:
     spoil: Spoil
     bad: range
 
-    def start(self, problem: Problem) -> RunningEstimator:
-        states = problem.model.states
-        sample, last = 0, np.full(len(states), np.nan)
+    def start(self, problem: Problem, measured: Sequence[str] | None = None) -> RunningEstimator:
+        return _Spoiling(self.spoil, self.bad, problem.model.states)
 
-        def passed_on(measurement: Array, applied: Array) -> Array:
-            nonlocal sample, last
-            sample += 1
-            if sample - 1 in self.bad:
-                return self.spoil(measurement, last, states)
-            last = measurement
-            return measurement
 
-        return passed_on
+class _Spoiling:
+    """At work."""
+
+    def __init__(self, spoil: Spoil, bad: range, states: Signals) -> None:
+        self._spoil, self._bad, self._states = spoil, bad, states
+        self._sample, self._last = -1, np.full(len(states), np.nan)
+
+    def update(self, measured: Array, applied: Array, parameters: Array) -> Estimate:
+        self._sample += 1
+        if self._sample in self._bad:
+            return Estimate(self._spoil(measured, self._last, self._states))
+        self._last = measured
+        return Estimate(measured)
 
 
 @dataclass(frozen=True)

@@ -208,7 +208,8 @@ class PaperStudy:
             self.path,
             self.duration,
             seed=self.seed,
-            sensors=Sensors(self.noise, estimator or self.estimator),
+            sensors=Sensors(self.noise),
+            estimator=estimator or self.estimator,
             disturbances={"wind_speed": self.wind, "wind_direction": Constant(np.pi / 2.0)},
             progress=progress,
         )
