@@ -36,7 +36,14 @@ from rumo.version import __version__
 
 if TYPE_CHECKING:
     from rumo.report.show import show
-    from rumo.simulation.loop import simulate
+    from rumo.simulation import faults
+    from rumo.simulation.loop import ClosedLoop
+    from rumo.simulation.plant import Plant
+    from rumo.simulation.recorder import Recorder
+    from rumo.simulation.run import simulate
+    from rumo.simulation.sample import Sample
+    from rumo.simulation.scenario import Scenario
+    from rumo.simulation.sensors import Sensors
 
 __all__ = [
     "Algebraic",
@@ -44,6 +51,7 @@ __all__ = [
     "Bdf2",
     "Bounds",
     "CallOrderError",
+    "ClosedLoop",
     "Constraint",
     "Controller",
     "DirectNlp",
@@ -64,27 +72,43 @@ __all__ = [
     "Parameter",
     "Penalty",
     "Plan",
+    "Plant",
     "PlantError",
     "Problem",
     "QpOptions",
     "Radau2",
     "Radau3",
     "RealTimeIteration",
+    "Recorder",
     "Rk4",
     "RumoError",
+    "Sample",
+    "Scenario",
     "Sdirk2",
+    "Sensors",
     "ShapeError",
     "Status",
     "Trapezoidal",
     "UnknownNameError",
     "Weight",
     "__version__",
+    "faults",
     "show",
     "simulate",
 ]
 
 # A controller alone needs neither SciPy nor a plotting library.
-_LAZY = {"simulate": "rumo.simulation.loop", "show": "rumo.report.show"}
+_LAZY = {
+    "ClosedLoop": "rumo.simulation",
+    "Plant": "rumo.simulation",
+    "Recorder": "rumo.simulation",
+    "Sample": "rumo.simulation",
+    "Scenario": "rumo.simulation",
+    "Sensors": "rumo.simulation",
+    "faults": "rumo.simulation",
+    "show": "rumo.report.show",
+    "simulate": "rumo.simulation",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -1,27 +1,35 @@
-"""Files that are written whole or not at all."""
+"""Files that are whole or not there."""
 
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import mkstemp
 
 
-def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Write a file beside its place, under the same name, and move it there in one go.
-
-    Whoever reads `path` finds what was there before or all that is new, and if writing fails or is interrupted nothing
-    has changed.
+def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
+    """Write a file beside its place and move it there in one go: what is at `path` is the old file or the new one.
 
     Parameters
     ----------
-    path : Path
-        The file; its folder must exist.
+    path : str or Path
+        Where the file shall be; the folder must exist.
     write : callable
-        Called with the path to write to.
+        Writes a file to the path that it is given, with the same suffix.
     """
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".writing-", ignore_cleanup_errors=True) as beside:
-        made = Path(beside, path.name)
-        write(made)
-        os.replace(made, path)
+    path = Path(path)
+    descriptor, name = mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    os.close(descriptor)
+    temporary = Path(name)
+    try:
+        write(temporary)
+        # mkstemp lets nobody else read; a file written directly would have what the umask leaves.
+        mask = os.umask(0)
+        os.umask(mask)
+        temporary.chmod(0o666 & ~mask)
+        os.replace(temporary, path)
+    except BaseException:  # Ctrl-C too
+        temporary.unlink(missing_ok=True)
+        raise
+    return path

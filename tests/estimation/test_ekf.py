@@ -19,11 +19,17 @@ NOISE = {"angle": 0.02, "rate": 0.1}
 PROCESS = {"angle": 0.001, "rate": 0.05}
 
 
+def started(problem, noise=NOISE, process=PROCESS, measured=None, **settings):
+    """(measurement, applied) -> estimate of a fresh filter."""
+    running = ExtendedKalman(noise, process, **settings).start(problem, measured)
+    return lambda measurement, applied: running.update(measurement, applied, problem.parameters[0]).x
+
+
 def test_on_a_linear_model_the_gain_becomes_the_stationary_one():
     problem = pendulum()
     columns = []
     for unit in np.eye(2):
-        running = ExtendedKalman(NOISE, PROCESS).start(problem)
+        running = started(problem)
         for _ in range(300):
             running(np.zeros(2), np.zeros(1))
         columns.append(running(unit, np.zeros(1)))
@@ -38,7 +44,7 @@ def test_on_a_linear_model_the_gain_becomes_the_stationary_one():
 
 def test_missing_entries_are_predicted():
     problem = pendulum()
-    running = ExtendedKalman(NOISE, PROCESS).start(problem)
+    running = started(problem)
     assert np.isnan(running(np.array([np.nan, 0.0]), np.zeros(1))).any()  # nothing known yet
     np.testing.assert_array_equal(running(np.array([0.2, 0.1]), np.zeros(1)), [0.2, 0.1])
     estimate = running(np.array([np.nan, np.inf]), np.array([1.5]))
@@ -49,7 +55,7 @@ def test_missing_entries_are_predicted():
 
 
 def test_angles_turn_around():
-    running = ExtendedKalman(NOISE, PROCESS).start(spinning())
+    running = started(spinning())
     estimates = []
     for k in range(60):
         angle = 2.0 * k * 0.05  # 2 rad/s: once around, measured between -pi and pi
@@ -67,7 +73,7 @@ def spinning():
 
 
 def test_memory_stays_sound_where_the_model_has_no_value():
-    running = ExtendedKalman({"level": 0.1}, {"level": 0.1}).start(tank(sampling_time=0.1))
+    running = started(tank(sampling_time=0.1), {"level": 0.1}, {"level": 0.1})
     for level in (0.5, 0.4, -0.3, -0.3, 0.4, 0.4):
         estimate = running(np.array([level]), np.array([0.6]))
     assert estimate[0] == pytest.approx(0.4, abs=0.05)
@@ -78,7 +84,7 @@ def test_a_singular_prediction_starts_anew():
     problem = rumo.Problem(
         model, horizon=5, sampling_time=0.1, track={"a": rumo.Weight(1.0)}, moves={"push": rumo.Weight(1.0)}
     )
-    running = ExtendedKalman({"a": 0.1}, {"a": 0.1}).start(problem)
+    running = started(problem, {"a": 0.1}, {"a": 0.1})
     assert [running(np.array([value]), np.zeros(1))[0] for value in (1.0, 2.0, 3.0)] == [1.0, 2.0, 3.0]
 
 

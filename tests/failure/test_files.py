@@ -23,6 +23,6 @@ def test_a_file_that_cannot_be_finished_leaves_the_old_one(tmp_path, error):
 def test_a_file_replaces_the_old_one_under_its_name(tmp_path):
     path = tmp_path / "figure.png"
     path.write_text("old")
-    write_whole(path, lambda place: place.write_text(place.name))
-    assert path.read_text() == "figure.png"
+    write_whole(path, lambda place: place.write_text(place.suffix))
+    assert path.read_text() == ".png"
     assert list(tmp_path.iterdir()) == [path]

@@ -367,10 +367,14 @@ SIMULATION_MISTAKES = {
     "reference returns an array": ({"reference": np.zeros_like}, "reference(t): got array("),
     "sensors are a mapping": ({"sensors": {"angle": 0.1}}, "sensors: got {'angle': 0.1}, expected a rumo.Sensors."),
     "estimator is a class": (
-        {"sensors": Sensors(estimator=Butterworth)},
+        {"estimator": Butterworth},
         "estimator: got Butterworth, expected settings such as Butterworth(cutoff=3.5).",
     ),
-    "plant is no model": ({"plant": "pendulum"}, "plant: got 'pendulum', expected a rumo.Model."),
+    "plant is no model": ({"plant": 3.0}, "plant: got 3.0, expected a rumo.Model, or anything with states, inputs and"),
+    "unknown plant": (
+        {"plant": "pendulum"},
+        "plant: got 'pendulum', expected one of dynamic_bicycle, four_wheel, cart_pendulum",
+    ),
     "plant in other units": (
         {"plant": model(states={"angle": "deg", "rate": "rad/s"})},
         "plant: got 'angle' in deg, expected the controller's unit, rad. Rumo does not convert units.",

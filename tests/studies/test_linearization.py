@@ -14,12 +14,12 @@ from rumo.controllers import DirectNlp
 from rumo.estimation import Butterworth
 from rumo.report.figures import draw
 from rumo.report.plots import plot
+from rumo.simulation import Scenario
 from rumo.status import Status
 from rumo.studies.linearization import BASE, SWEEPS, LinearizationStudy, StartedNlp
 from rumo.studies.linearization.charts import linearization_panels
 from rumo.studies.linearization.report import findings, overview_table, report, sweep_table
 from rumo.studies.linearization.summary import closed_loop_cost, outcome, summary
-from rumo.studies.paper import study as paper
 
 STUDY = LinearizationStudy(sweeps={"initial_error": (0.0, 4.0), "noise": (1.0,)})
 PROBLEM = BASE.problem()
@@ -129,7 +129,7 @@ def test_a_plant_that_cannot_be_integrated_is_a_lost_drive(logs, monkeypatch):
     def fail(*arguments, **options):
         raise rumo.PlantError("no", logs["initial_error"][0.0]["rti"].isel(time=slice(0, 20)))
 
-    monkeypatch.setattr(paper, "simulate", fail)
+    monkeypatch.setattr(Scenario, "run", fail)
     study = LinearizationStudy(("rti",), {"speed": (30.0,)})
     broken = study.run()
     (run,) = summary(study, broken)["sweeps"]["speed"]["controllers"]["rti"]

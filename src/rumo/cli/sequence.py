@@ -53,7 +53,7 @@ def _results(study: Study, folder: Path, told: Told) -> tuple[dict[Key, Any], Ba
     runs = study.runs()
 
     def keep(key: Key, log: Any) -> None:
-        if log is not None:
+        if study.keeps_logs and log is not None:
             save(log, folder / f"log-{'-'.join(map(str, key))}.nc")
 
     with interrupts() as interrupt:
@@ -65,13 +65,16 @@ def _results(study: Study, folder: Path, told: Told) -> tuple[dict[Key, Any], Ba
         try:
             for key, result in carry_out(runs, tell):
                 interrupt.check()
-                keep(key, study.log(result))
+                keep(key, getattr(result, "log", result))
                 results[key] = result
-        except (KeyboardInterrupt, PlantError) as stopped:
-            if interrupt.seen or isinstance(stopped, KeyboardInterrupt):
-                return results, KeyboardInterrupt()
-            keep(next(key for key in runs if key not in results), stopped.log)
-            return results, stopped
+        except (Exception, KeyboardInterrupt) as stopped:
+            if not (interrupt.seen or isinstance(stopped, PlantError | KeyboardInterrupt)):
+                raise
+            # What was driven so far is kept as well.
+            log = getattr(stopped, "log", None)
+            if log is not None:
+                keep(next(key for key in runs if key not in results), log.assign_attrs(complete="no"))
+            return results, stopped if isinstance(stopped, PlantError) and not interrupt.seen else KeyboardInterrupt()
     return results, None
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable, Generator, Mapping
-from dataclasses import fields
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable, Generator, Hashable, Mapping
+from functools import lru_cache
+from threading import get_ident
+from typing import Any, ClassVar, Protocol
 
+from rumo.controllers import Controller
 from rumo.report.contents import Report
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Key = tuple[str | float, ...]
 """Says which run of a study: ("rti", "jump"). Its first part is what progress is told by."""
@@ -21,15 +20,18 @@ Progress = Callable[[str, float, int], None]
 
 
 class Run(Protocol):
-    """Something to do, as plain data that can be sent to another process."""
+    """Something to do, as plain data that can be sent to another process: a `Scenario`, or what is made of some."""
 
-    def __call__(self, progress: Callable[[int, int], None] | None = None) -> Any:
+    def run(self, *, progress: Callable[[int, int], None] | None = None) -> Any:
         """Do it, and return what came of it; `progress` is called with (done, all) on the way."""
         ...
 
 
 class Study(ABC):
     """Settings of a study, which say what to run and how to report what came of it."""
+
+    keeps_logs: ClassVar[bool] = False
+    """Whether what comes of a run, a log or something with one, is worth a file."""
 
     @abstractmethod
     def runs(self) -> Mapping[Key, Run]:
@@ -41,14 +43,6 @@ class Study(ABC):
 
         Runs may be missing, such as those after an interruption: the report is of the others.
         """
-
-    def log(self, result: Any) -> xr.Dataset | None:
-        """The log of a run that is worth a file; None by default."""
-        return None
-
-    def __getstate__(self) -> dict[str, Any]:
-        """The settings; what runs have built and share is built again where they are sent."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}  # pyright: ignore[reportArgumentType]
 
     def run(self, progress: Progress | None = None) -> dict[Any, Any]:
         """Do everything; what came of it, nested by the parts of the runs' keys: `results["rti"]["jump"]`."""
@@ -66,7 +60,7 @@ def carry_out(runs: Mapping[Key, Run], progress: Progress | None = None) -> Gene
                 progress(name, done[name] + part / whole, every[name])
 
         tell(0, 1)
-        result = run(tell)
+        result = run.run(progress=tell)
         done[name] += 1
         if progress is not None:
             progress(name, done[name], every[name])
@@ -82,3 +76,13 @@ def nested(results: Mapping[Key, Any]) -> dict[Any, Any]:
             branch = branch.setdefault(part, {})
         branch[key[-1]] = result
     return tree
+
+
+def shared_controller(make: Callable[..., Controller], *arguments: Hashable) -> Controller:
+    """What `make` makes of some arguments, once for all runs in a thread: it takes longer than many a drive."""
+    return _made(get_ident(), make, *arguments)
+
+
+@lru_cache(maxsize=8)
+def _made(thread: int, make: Callable[..., Controller], *arguments: Hashable) -> Controller:
+    return make(*arguments)

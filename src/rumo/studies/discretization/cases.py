@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 
 import numpy as np
 
 from rumo.model import Model
 from rumo.problem import Problem
-from rumo.references import Reference, SinePath
+from rumo.references import OfTime, Sine, SinePath
 from rumo.signals import Array
 from rumo.studies.paper import CLOSE_WEIGHTS, PaperStudy
 from rumo.terms import Weight
@@ -59,7 +59,7 @@ class Case:
     unit: str
     perturbation: Mapping[str, float]
     control: Callable[[int, float], Problem]
-    reference: Reference
+    reference: OfTime
     duration: float
     scales: Mapping[str, float] = field(default_factory=dict)
 
@@ -77,13 +77,8 @@ class Case:
         return self.problem(self.steps[0]).model
 
 
-def _sine(name: str, middle: float, amplitude: float, period: float) -> Reference:
-    return lambda times: {name: middle + amplitude * np.sin(2.0 * np.pi * np.asarray(times) / period)}
-
-
 def _bicycle(speed: float) -> Case:
     path = SinePath(amplitude=3.0, wavelength=60.0, speed=speed, vehicle=PAPER_CAR)
-    study = PaperStudy(path=path, weights=CLOSE_WEIGHTS)
     start = {name: float(values[0]) for name, values in path(np.zeros(1)).items()}
     wheels = {"w_f": speed / PAPER_CAR.r, "w_r": speed / PAPER_CAR.r}
     return Case(
@@ -91,14 +86,34 @@ def _bicycle(speed: float) -> Case:
         steps=(0.16, 0.08, 0.04, 0.02),
         length=0.64,
         start=start | {"v_y": 0.0, "omega": 0.0, "delta": 0.0} | wheels,
-        inputs=lambda t: np.array([60.0 * np.sin(4.0 * t + 0.3), 0.4 * np.cos(5.0 * t)]),
+        inputs=_steered,
         outputs=("p_x", "p_y"),
         unit="m",
         perturbation={"w_r": 0.05},
-        control=lambda N, step: replace(study, horizon=N, sampling_time=step).problem(),
+        control=partial(_driven, path),
         reference=path,
         duration=6.4,
     )
+
+
+def _driven(path: SinePath, horizon: int, step: float) -> Problem:
+    return PaperStudy(path=path, weights=CLOSE_WEIGHTS, horizon=horizon, sampling_time=step).problem()
+
+
+def _steered(t: float) -> Array:
+    return np.array([60.0 * np.sin(4.0 * t + 0.3), 0.4 * np.cos(5.0 * t)])
+
+
+def _pushed(t: float) -> Array:
+    return np.array([0.5 + 1.5 * np.sin(5.0 * t)])
+
+
+def _fed(t: float) -> Array:
+    return np.array([14.0 + 6.0 * np.sin(0.004 * t), -1100.0 + 900.0 * np.cos(0.005 * t)])
+
+
+def _diluted(t: float) -> Array:
+    return np.array([0.02 + 0.015 * np.sin(0.15 * t)])
 
 
 def _oscillator(horizon: int, step: float) -> Problem:
@@ -147,12 +162,12 @@ CASES: dict[str, Callable[[], Case]] = {
         steps=(0.16, 0.08, 0.04, 0.02),
         length=0.64,
         start={"position": 2.0, "speed": 0.0},
-        inputs=lambda t: np.array([0.5 + 1.5 * np.sin(5.0 * t)]),
+        inputs=_pushed,
         outputs=("position",),
         unit="1",
         perturbation={"speed": 0.1},
         control=_oscillator,
-        reference=_sine("position", 1.6, 0.2, 3.2),
+        reference=Sine("position", 1.6, 0.2, 3.2),
         duration=6.4,
     ),
     "van-de-vusse": lambda: Case(
@@ -160,12 +175,12 @@ CASES: dict[str, Callable[[], Case]] = {
         steps=(240.0, 120.0, 60.0, 30.0),
         length=960.0,
         start={"c_a": 2.14, "c_b": 1.09, "temperature": 114.2, "jacket": 112.9},
-        inputs=lambda t: np.array([14.0 + 6.0 * np.sin(0.004 * t), -1100.0 + 900.0 * np.cos(0.005 * t)]),
+        inputs=_fed,
         outputs=("c_b",),
         unit="mol/l",
         perturbation={"jacket": 1.0},
         control=_reactor,
-        reference=_sine("c_b", 1.0, 0.05, 3840.0),
+        reference=Sine("c_b", 1.0, 0.05, 3840.0),
         duration=7680.0,
     ),
     "robertson": lambda: Case(
@@ -173,12 +188,12 @@ CASES: dict[str, Callable[[], Case]] = {
         steps=(8.0, 4.0, 2.0, 1.0),
         length=32.0,
         start={"a": 0.8, "b": 2.6e-5, "c": 0.2},
-        inputs=lambda t: np.array([0.02 + 0.015 * np.sin(0.15 * t)]),
+        inputs=_diluted,
         outputs=("a",),
         unit="1",
         perturbation={"b": 1e-6},
         control=_kinetics,
-        reference=_sine("a", 0.84, 0.02, 128.0),
+        reference=Sine("a", 0.84, 0.02, 128.0),
         duration=256.0,
         scales={"b": 1e-4},
     ),

@@ -116,7 +116,7 @@ class CaseRun:
     schemes: tuple[str, ...]
     backend: str
 
-    def __call__(self, progress: Callable[[int, int], None] | None = None) -> CaseResult:
+    def run(self, *, progress: Callable[[int, int], None] | None = None) -> CaseResult:
         """Predict and drive with every scheme and step.
 
         Raises

@@ -50,7 +50,7 @@ class ModeRun:
 
     schemes: tuple[str, ...]
 
-    def __call__(self, progress: Callable[[int, int], None] | None = None) -> ModeResult:
+    def run(self, *, progress: Callable[[int, int], None] | None = None) -> ModeResult:
         """Damp it, and let it follow."""
         slow, fast = RATES
         stable = [name for name in self.schemes if DISCRETIZATIONS[name].a_stable]

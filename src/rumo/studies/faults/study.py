@@ -4,30 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from rumo.checks import known_names, whole_number
-from rumo.controllers import (
-    Controller,
-    DirectNlp,
-    InnovationGate,
-    LinearTimeVarying,
-    NlpOptions,
-    QpOptions,
-    RealTimeIteration,
-)
+from rumo.controllers import Controller, InnovationGate
 from rumo.controllers.gate import WIDE_GATE
 from rumo.errors import ArgumentError, PlantError
-from rumo.estimation import RunningEstimator
 from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
 from rumo.report.contents import Report
-from rumo.signals import Array, Signals
-from rumo.simulation import Plant
-from rumo.studies.base import Key, Run, Study
+from rumo.simulation import Scenario
+from rumo.simulation.faults import Budget, Fault, Frozen, Misinformed, Missing, Offset, Reading
+from rumo.studies.base import Key, Run, Study, shared_controller
 from rumo.studies.paper import CLOSE_WEIGHTS, SAMPLING_TIME, PaperStudy
 
 if TYPE_CHECKING:
@@ -40,94 +30,37 @@ ABSURD_STEERING = 100.0
 """A steering rate [rad/s] that no later input can make up for within the hard bounds of the steering angle."""
 
 
-Spoil = Callable[[Array, Array, Signals], Array]
-"""(measurement, last good measurement, states) -> what the controller gets."""
-
-Meddle = Callable[[Controller], None]
-"""Something done to a controller between two steps."""
+NEVER = range(0)
 
 
 @dataclass(frozen=True)
-class Fault:
+class Trouble:
     """What goes wrong during the bad samples.
 
     Attributes
     ----------
     title : str
         In words.
-    spoil : callable
-        Replaces the measurement of each bad sample.
-    before, after : callable, optional
-        Done to the controller before each bad sample, and after the last.
+    fault : Fault or None
+        At whatever samples.
     """
 
     title: str
-    spoil: Spoil = lambda measured, last, states: measured
-    before: Meddle | None = None
-    after: Meddle | None = None
+    fault: Fault | None = None
 
 
-def _set(measured: Array, last: Array, states: Signals, name: str, value: float) -> Array:
-    spoiled = measured.copy()
-    spoiled[states.index(name)] = value
-    return spoiled
-
-
-def _shift(measured: Array, last: Array, states: Signals, name: str, by: float) -> Array:
-    return _set(measured, last, states, name, measured[states.index(name)] + by)
-
-
-def _leave_no_solution(controller: Controller) -> None:
-    """Tell the controller that an absurd input is being applied, after which its hard bounds cannot be kept."""
-    controller.applied = {"torque": 0.0, "steering_rate": ABSURD_STEERING}
-
-
-def _set_budget(controller: Controller, iterations: int | None) -> None:
-    """Limit the solver's iterations; None is the usual limit."""
-    if isinstance(controller, DirectNlp):
-        controller.options = NlpOptions() if iterations is None else NlpOptions(max_iterations=iterations)
-    elif isinstance(controller, RealTimeIteration | LinearTimeVarying):
-        controller.qp = QpOptions() if iterations is None else QpOptions(max_iterations=iterations)
-
-
-FAULTS: dict[str, Fault] = {
-    "none": Fault("No fault"),
-    "nan": Fault("NaN in a state", partial(_set, name="psi", value=np.nan)),
-    "infinite": Fault("Infinite speed", partial(_set, name="v_x", value=np.inf)),
-    "jump": Fault("Position off by 100 m", partial(_shift, name="p_y", by=100.0)),
-    "spin": Fault("Yaw rate 50 rad/s", partial(_set, name="omega", value=50.0)),
-    "frozen": Fault("Frozen measurements", lambda measured, last, states: last),
-    "missing": Fault("No measurement", lambda measured, last, states: np.full_like(measured, np.nan)),
-    "failure": Fault("Solver fails", before=_leave_no_solution),
-    "budget": Fault(
-        "Budget of 0 iterations",
-        before=partial(_set_budget, iterations=0),
-        after=partial(_set_budget, iterations=None),
-    ),
+FAULTS: dict[str, Trouble] = {
+    "none": Trouble("No fault"),
+    "nan": Trouble("NaN in a state", Reading(NEVER, "psi", np.nan)),
+    "infinite": Trouble("Infinite speed", Reading(NEVER, "v_x", np.inf)),
+    "jump": Trouble("Position off by 100 m", Offset(NEVER, "p_y", 100.0)),
+    "spin": Trouble("Yaw rate 50 rad/s", Reading(NEVER, "omega", 50.0)),
+    "frozen": Trouble("Frozen measurements", Frozen(NEVER)),
+    "missing": Trouble("No measurement", Missing(NEVER)),
+    "failure": Trouble("Solver fails", Misinformed(NEVER, {"torque": 0.0, "steering_rate": ABSURD_STEERING})),
+    "budget": Trouble("Budget of 0 iterations", Budget(NEVER)),
 }
 """What can go wrong, by name; the first is the undisturbed drive."""
-
-
-@dataclass(frozen=True)
-class _Spoiled:
-    """An estimator that passes measurements on as they are, but for those of the bad samples."""
-
-    spoil: Spoil
-    bad: range
-
-    def start(self, problem: Problem) -> RunningEstimator:
-        states = problem.model.states
-        sample, last = 0, np.full(len(states), np.nan)
-
-        def passed_on(measurement: Array, applied: Array) -> Array:
-            nonlocal sample, last
-            sample += 1
-            if sample - 1 in self.bad:
-                return self.spoil(measurement, last, states)
-            last = measurement
-            return measurement
-
-        return passed_on
 
 
 @dataclass(frozen=True)
@@ -175,6 +108,8 @@ class FaultStudy(Study):
         If a name is unknown, or no good sample is left before and after the bad ones.
     """
 
+    keeps_logs: ClassVar[bool] = True
+
     controllers: tuple[str, ...] = ("rti", "nlp")
     faults: tuple[str, ...] = tuple(FAULTS)
     seed: int = 0
@@ -202,7 +137,15 @@ class FaultStudy(Study):
 
     def runs(self) -> dict[Key, Run]:
         """A drive for each controller and fault, by their names."""
-        return {(name, fault): _Run(self, name, fault) for name in self.controllers for fault in self.faults}
+        base, bad = replace(self.base, duration=self.duration, seed=self.seed, estimator=None), self.bad
+        problem, plant = base.problem(), base.plant()
+
+        def drive(name: str, trouble: Trouble) -> FaultRun:
+            faults = () if trouble.fault is None else (replace(trouble.fault, when=bad),)
+            scenario = replace(base.scenario(name, problem, plant), faults=faults)
+            return FaultRun(scenario, self.gate, trouble.title, bad)
+
+        return {(name, fault): drive(name, FAULTS[fault]) for name in self.controllers for fault in self.faults}
 
     def report(self, results: Mapping[str, Mapping[str, Drive]]) -> Report:
         """What became of the drives, by controller and fault."""
@@ -210,57 +153,42 @@ class FaultStudy(Study):
 
         return report(self, results)
 
-    def log(self, result: Drive) -> xr.Dataset | None:
-        """The drive's, if it has one."""
-        return result.log
-
-    def drive(self, name: str, fault: Fault, progress: Callable[[int, int], None] | None = None) -> Drive:
-        """One drive of a controller through a fault."""
-        base, bad = replace(self.base, duration=self.duration, seed=self.seed), self.bad
-        controller = self._controller(name)
-
-        def between_steps(done: int, steps: int) -> None:
-            if done in bad and fault.before is not None:
-                fault.before(controller)
-            if done == bad.stop and fault.after is not None:
-                fault.after(controller)
-            if progress is not None:
-                progress(done, steps)
-
-        exception = None
-        try:
-            log = base.drive(controller, self._plant, between_steps, _Spoiled(fault.spoil, bad))
-        except PlantError as error:
-            log, exception = error.log, f"PlantError: {error}"
-        except Exception as error:  # whatever a controller raises is a result here
-            log, exception = None, f"{type(error).__name__}: {error}"
-        if log is not None:
-            log = log.assign_attrs(fault=fault.title, first_bad_sample=bad.start, bad_samples=len(bad))
-        return Drive(log, exception)
-
-    def _controller(self, name: str) -> Controller:
-        if name not in self._controllers:
-            self._controllers[name] = CONTROLLERS[name](self._problem, gate=self.gate)
-        return self._controllers[name]
-
-    @cached_property
-    def _controllers(self) -> dict[str, Controller]:
-        return {}
-
-    @cached_property
-    def _problem(self) -> Problem:
-        return self.base.problem()
-
-    @cached_property
-    def _plant(self) -> Plant:
-        return self.base.plant()
-
 
 @dataclass(frozen=True)
-class _Run:
-    study: FaultStudy
-    controller: str
-    fault: str
+class FaultRun:
+    """A drive through a fault.
 
-    def __call__(self, progress: Callable[[int, int], None] | None = None) -> Drive:
-        return self.study.drive(self.controller, FAULTS[self.fault], progress)
+    Attributes
+    ----------
+    scenario : Scenario
+        The drive.
+    gate : InnovationGate or None
+        Of the controller.
+    title : str
+        What goes wrong, in words.
+    bad : range
+        The bad samples.
+    """
+
+    scenario: Scenario
+    gate: InnovationGate | None
+    title: str
+    bad: range
+
+    def run(self, *, progress: Callable[[int, int], None] | None = None) -> Drive:
+        """Drive; whatever the controller raises is a result."""
+        exception = None
+        try:
+            controller = shared_controller(_controller, self.scenario.controller, self.scenario.problem, self.gate)
+            log = self.scenario.run(controller, progress)
+        except PlantError as error:
+            log, exception = error.log, f"PlantError: {error}"
+        except Exception as error:
+            log, exception = None, f"{type(error).__name__}: {error}"
+        if log is not None:
+            log = log.assign_attrs(fault=self.title, first_bad_sample=self.bad.start, bad_samples=len(self.bad))
+        return Drive(log, exception)
+
+
+def _controller(name: str, problem: Problem, gate: InnovationGate | None) -> Controller:
+    return CONTROLLERS[name](problem, gate=gate)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,8 +19,8 @@ from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
 from rumo.report.contents import Report
 from rumo.signals import Array
-from rumo.simulation import Constant, Plant
-from rumo.studies.base import Key, Run, Study
+from rumo.simulation import Constant, Scenario
+from rumo.studies.base import Key, Run, Study, shared_controller
 from rumo.studies.paper import CLOSE_WEIGHTS, FILTER, NOISE, PaperStudy
 
 if TYPE_CHECKING:
@@ -69,13 +69,6 @@ class StartedNlp(DirectNlp):
         return super()._solve(x, window, guess)
 
 
-def _controller(name: str, problem: Problem) -> Controller:
-    """Without the innovation gate: all measurements are right, however wrong a linear prediction is."""
-    if name == DirectNlp.name:
-        return StartedNlp(problem, options=NlpOptions(max_iterations=1000), gate=None)
-    return CONTROLLERS[name](problem, gate=None)
-
-
 @dataclass(frozen=True)
 class Sweep:
     """One thing that grows from drive to drive.
@@ -99,6 +92,18 @@ class Sweep:
     check: Callable[[object, str], float] = non_negative_number
 
 
+def _with_initial_error(base: Drive, error: float) -> Drive:
+    return replace(base, initial_error=error)
+
+
+def _with_heading(base: Drive, error: float) -> Drive:
+    return replace(base, heading_error=error)
+
+
+def _with_speed(base: Drive, speed: float) -> Drive:
+    return replace(base, path=replace(base.path, speed=speed))
+
+
 def _with_curvature(base: Drive, curvature: float) -> Drive:
     # A sine path bends most at its crests, by a (2 pi / w)^2.
     wavelength = 2.0 * np.pi * np.sqrt(base.path.amplitude / curvature)
@@ -115,13 +120,13 @@ SWEEPS: dict[str, Sweep] = {
         "Initial distance from the path",
         "m",
         (0.0, 1.0, 2.0, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0),
-        lambda base, value: replace(base, initial_error=value),
+        _with_initial_error,
     ),
     "heading": Sweep(
         "Initial heading error",
         "rad",
         (0.0, 0.2, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4),
-        lambda base, value: replace(base, heading_error=value),
+        _with_heading,
     ),
     "curvature": Sweep(
         "Peak curvature of the path",
@@ -134,7 +139,7 @@ SWEEPS: dict[str, Sweep] = {
         "Speed",
         "m/s",
         (4.0, 8.0, 12.0, 14.0, 16.0, 17.0, 18.0, 19.0, 20.0, 22.0),
-        lambda base, value: replace(base, path=replace(base.path, speed=value)),
+        _with_speed,
         positive_number,
     ),
     "noise": Sweep(
@@ -204,8 +209,15 @@ class LinearizationStudy(Study):
 
     def runs(self) -> dict[Key, Run]:
         """The drives, by sweep, value and controller."""
+        problem, plant = self.base.problem(), self.base.plant()
+
+        def drive(sweep: str, value: float, name: str) -> SweptRun:
+            settings = replace(self.drive(sweep, value), duration=self.duration, seed=self.seed)
+            kind = StartedNlp if name == DirectNlp.name else CONTROLLERS[name]
+            return SweptRun(settings.scenario(kind, problem, plant), sweep, value)
+
         return {
-            (sweep, float(value), name): _Run(self, sweep, float(value), name)
+            (sweep, float(value), name): drive(sweep, float(value), name)
             for sweep, values in self.sweeps.items()
             for value in values
             for name in self.controllers
@@ -217,41 +229,26 @@ class LinearizationStudy(Study):
 
         return report(self, results)
 
-    def log_of(
-        self, sweep: str, value: float, name: str, progress: Callable[[int, int], None] | None = None
-    ) -> xr.Dataset:
-        """Drive once; the log of a drive that the plant's integrator could not finish ends there."""
-        drive = replace(self.drive(sweep, value), duration=self.duration, seed=self.seed)
-        try:
-            log = drive.drive(self._controller(name), self._plant, progress)
-        except PlantError as error:
-            log = error.log
-        return log.assign_attrs(sweep=sweep, value=value)
-
-    def _controller(self, name: str) -> Controller:
-        if name not in self._controllers:
-            self._controllers[name] = _controller(name, self._problem)
-        return self._controllers[name]
-
-    @cached_property
-    def _controllers(self) -> dict[str, Controller]:
-        return {}
-
-    @cached_property
-    def _problem(self) -> Problem:
-        return self.base.problem()
-
-    @cached_property
-    def _plant(self) -> Plant:
-        return self.base.plant()
-
 
 @dataclass(frozen=True)
-class _Run:
-    study: LinearizationStudy
+class SweptRun:
+    """One drive of a sweep."""
+
+    scenario: Scenario
     sweep: str
     value: float
-    controller: str
 
-    def __call__(self, progress: Callable[[int, int], None] | None = None) -> xr.Dataset:
-        return self.study.log_of(self.sweep, self.value, self.controller, progress)
+    def run(self, *, progress: Callable[[int, int], None] | None = None) -> xr.Dataset:
+        """Drive; the log of a drive that the plant's integrator could not finish ends there."""
+        controller = shared_controller(_controller, self.scenario.controller, self.scenario.problem)
+        try:
+            log = self.scenario.run(controller, progress)
+        except PlantError as error:
+            log = error.log
+        return log.assign_attrs(sweep=self.sweep, value=self.value)
+
+
+def _controller(kind: type[Controller], problem: Problem) -> Controller:
+    """Without the innovation gate: all measurements are right, however wrong a linear prediction is."""
+    options: dict[str, Any] = {"options": NlpOptions(max_iterations=1000)} if kind is StartedNlp else {}
+    return kind(problem, gate=None, **options)

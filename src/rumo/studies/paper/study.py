@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from rumo.problem import Problem
 from rumo.references import SinePath
 from rumo.registry import CONTROLLERS
 from rumo.report.contents import Report
-from rumo.simulation import Constant, Disturbance, Plant, RandomWalk, Sensors, simulate
+from rumo.simulation import Constant, Disturbance, Plant, RandomWalk, Scenario, Sensors
 from rumo.studies.base import Key, Study
 from rumo.terms import Penalty, Weight
 from rumo.vehicles import PAPER_CAR, AsPrinted, ModifiedDugoff, dynamic_bicycle, four_wheel, friction_circles
@@ -127,6 +127,8 @@ class PaperStudy(Study):
         If a controller is unknown or the duration is shorter than a sample.
     """
 
+    keeps_logs: ClassVar[bool] = True
+
     controllers: tuple[str, ...] = ("rti", "nlp", "ltv")
     seed: int = 0
     duration: float = RUN
@@ -173,9 +175,10 @@ class PaperStudy(Study):
         state["p_y"] += self.initial_error
         return state | {f"w_{wheel}": self.path.speed / PAPER_CAR.r for wheel in WHEELS} | {"delta": 0.0}
 
-    def runs(self) -> dict[Key, Drive]:
-        """A drive for each controller, by its name."""
-        return {(name,): Drive(self, name) for name in self.controllers}
+    def runs(self) -> dict[Key, Scenario]:
+        """A drive with each controller, by its name."""
+        problem, plant = self.problem(), self.plant()
+        return {(name,): self.scenario(name, problem, plant) for name in self.controllers}
 
     def report(self, results: Mapping[str, xr.Dataset]) -> Report:
         """How each controller drives, and the paper's claims; `results` are logs by controller name."""
@@ -183,44 +186,22 @@ class PaperStudy(Study):
 
         return report(self, results)
 
-    def log(self, result: xr.Dataset) -> xr.Dataset:
-        """All of them."""
-        return result
-
     def plant(self) -> Plant:
         """The car that is driven."""
         model = four_wheel(PAPER_CAR, self.tyre, self.as_printed, axle_torque=self.axle_torque)
         return Plant(model, self.sampling_time)
 
-    def drive(
-        self,
-        controller: Controller,
-        plant: Plant,
-        progress: Callable[[int, int], None] | None = None,
-        estimator: Estimator | None = None,
-    ) -> xr.Dataset:
-        """One drive with a controller of `problem()`; the estimator is the study's if not given."""
-        return simulate(
-            controller,
+    def scenario(self, controller: str | type[Controller], problem: Problem, plant: Plant) -> Scenario:
+        """One drive: `problem()` solved by a controller that drives `plant()`."""
+        return Scenario(
+            problem,
             plant,
             self.initial_state(),
             self.path,
             self.duration,
-            seed=self.seed,
-            sensors=Sensors(self.noise, estimator or self.estimator),
+            controller=controller,
+            sensors=Sensors(self.noise),
+            estimator=self.estimator,
             disturbances={"wind_speed": self.wind, "wind_direction": Constant(np.pi / 2.0)},
-            progress=progress,
+            seed=self.seed,
         )
-
-
-@dataclass(frozen=True)
-class Drive:
-    """The study's drive with one controller."""
-
-    study: PaperStudy
-    controller: str
-
-    def __call__(self, progress: Callable[[int, int], None] | None = None) -> xr.Dataset:
-        """Drive; the log."""
-        controller = CONTROLLERS[self.controller](self.study.problem())
-        return self.study.drive(controller, self.study.plant(), progress)

@@ -1,33 +1,29 @@
-"""Reference trajectories: functions from times [s] to named arrays."""
+"""A sine path, driven at constant speed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.special import ellipeinc
 
-from rumo.checks import as_numbers, positive_number
-from rumo.errors import ShapeError
+from rumo.checks import positive_number
+from rumo.references.base import OfTime
 from rumo.signals import Array
-from rumo.vehicles.parameters import VehicleParameters
-
-Reference = Callable[[Array], Mapping[str, Array]]
-"""Times (n,) [s] -> signal name -> values (n,)."""
 
 
-def constant(values: Mapping[str, float]) -> Reference:
-    """Hold each signal at a value."""
-    levels = {name: as_numbers(value, f"reference[{name!r}]") for name, value in values.items()}
-    for name, level in levels.items():
-        if level.ndim:
-            raise ShapeError(f"reference[{name!r}]", f"shape {level.shape}", "a number", "Give a function of times.")
-    return lambda t: {name: np.full(np.shape(t), level) for name, level in levels.items()}
+class Rolling(Protocol):
+    """A vehicle that knows its own motion along a curve."""
+
+    def rolling(self, speed: Array, curvature: Array) -> Mapping[str, Array]:
+        """Further states while it drives along a curvature [1/m] at a speed [m/s] without slip."""
+        ...
 
 
 @dataclass(frozen=True)
-class SinePath:
+class SinePath(OfTime):
     """A sine path `p_y = a sin(2 pi p_x / w)`, driven at constant speed along it.
 
     Gives p_x, p_y, psi (the path's tangent), v_x and omega; with a vehicle also v_y, w_f, w_r and delta of driving the
@@ -40,13 +36,13 @@ class SinePath:
     speed : float
         Along the path [m/s].
     vehicle : VehicleParameters, optional
-        The car that is to drive it.
+        The car that is to drive it, or anything else that is `Rolling`.
     """
 
     amplitude: float = 3.0
     wavelength: float = 60.0
     speed: float = 8.0
-    vehicle: VehicleParameters | None = None
+    vehicle: Rolling | None = None
 
     def __post_init__(self) -> None:
         positive_number(self.wavelength, "wavelength")
@@ -58,22 +54,15 @@ class SinePath:
         phase = self._phase(k, slope, self.speed * np.asarray(t, dtype=float))
         curvature = -slope * k * np.sin(phase) / (1.0 + (slope * np.cos(phase)) ** 2) ** 1.5
         speed = np.full_like(phase, self.speed)
-        omega = speed * curvature
         reference = {
             "p_x": phase / k,
             "p_y": self.amplitude * np.sin(phase),
             "psi": np.arctan(slope * np.cos(phase)),
             "v_x": speed,
-            "omega": omega,
+            "omega": speed * curvature,
         }
         if self.vehicle is not None:
-            car = self.vehicle
-            reference |= {
-                "v_y": car.l_r * omega,
-                "w_f": speed * np.sqrt(1.0 + (car.wheelbase * curvature) ** 2) / car.r,
-                "w_r": speed / car.r,
-                "delta": np.arctan(car.wheelbase * curvature),
-            }
+            reference |= self.vehicle.rolling(speed, curvature)
         return reference
 
     def _phase(self, k: float, slope: float, distance: Array) -> Array:
