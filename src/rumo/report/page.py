@@ -24,12 +24,12 @@ h1 { margin-bottom: 0; } h2 { margin: 2.5rem 0 .5rem; }
 p.lead { margin-top: .25rem; color: #57606a; }
 p.warning { padding: .6rem 1rem; border-left: .3rem solid #d55e00; background: #fdf0e7; }
 figure { margin: 1.5rem 0 2.5rem; } figcaption { font-weight: 600; }
-table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-th, td { text-align: right; padding: .35rem .7rem; border-bottom: 1px solid #d8dee4; white-space: nowrap; }
+table { border-collapse: collapse; width: 100%; font-size: .94rem; font-variant-numeric: tabular-nums; }
+th, td { text-align: right; padding: .3rem .5rem; border-bottom: 1px solid #d8dee4; white-space: nowrap; }
 th { white-space: pre-line; vertical-align: bottom; }
 .words { text-align: left; } td.words { white-space: normal; min-width: 7rem; }
 .scroll { overflow-x: auto; }
-@media (max-width: 640px) { body { padding: .75rem; } th, td { padding: .35rem .5rem; } }
+@media (max-width: 640px) { body { padding: .75rem; } }
 """
 
 SCRIPT = """

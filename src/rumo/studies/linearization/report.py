@@ -74,7 +74,8 @@ def overview_table(content: Mapping[str, Any]) -> Table:
             ratios = cost_ratios(sweep, name)
             rows.append(
                 [
-                    f"{sweep['title']}, {label(name)}",
+                    sweep["title"] if name == next(iter(sweep["controllers"])) else "",
+                    label(name),
                     at_values(sweep, lost_at(runs)).removeprefix("at ") or "-",
                     number(float(np.nanmax(ratios))) if np.isfinite(ratios).any() else "-",
                     f"{100.0 * np.mean([run['unsolved_share'] for run in runs]):.2g}",
@@ -82,8 +83,8 @@ def overview_table(content: Mapping[str, Any]) -> Table:
                     number(float(np.median([run["step_time_us"] for run in runs]))),
                 ]
             )
-    heads = ["", "Lost at", "Largest cost\nover NLP's", "Unsolved\nsteps [%]", "Steps that\nviolate", "Step [us]"]
-    return Table(heads, rows, words=(0, 1))
+    heads = ["", "", "Lost at", "Largest cost\nover NLP's", "Unsolved\nsteps [%]", "Steps that\nviolate", "Step [us]"]
+    return Table(heads, rows, words=(0, 1, 2))
 
 
 def sweep_table(sweep: Mapping[str, Any]) -> Table:
