@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from qps.recorded import study, textbook
 
-from rumo.bench.qp_solvers import CoreQp, as_hard
+from rumo.bench.qp import CoreQp, as_hard
 from rumo.controllers.qp import QuadraticProgram
 
 PASSES = 15

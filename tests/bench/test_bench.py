@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 import rumo
 from rumo.bench import SCENARIOS, measure, record, summary
-from rumo.bench.qp_solvers import installed, measure_solvers, record_programs
+from rumo.bench.qp import installed, measure_solvers, record_programs
 from rumo.bench.report import report, solver_summary, solver_table
 from rumo.bench.schemes import schemes_of
 from rumo.cli import app

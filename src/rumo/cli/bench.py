@@ -29,7 +29,7 @@ def bench(
     """Measure how long a step takes: one recorded drive, replayed through every controller."""
     with errors_in_words():
         from rumo.bench import SCENARIOS, measure, record, summary
-        from rumo.bench.qp_solvers import installed, measure_solvers, record_programs
+        from rumo.bench.qp import installed, measure_solvers, record_programs
         from rumo.bench.report import report, solver_summary
         from rumo.bench.runners import available
         from rumo.bench.schemes import schemes_of
