@@ -10,6 +10,14 @@ from typing import Any
 class RumoError(Exception):
     """Base class of every error that Rumo raises on purpose."""
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Exceptions pickle as a call with the message, which is not what their constructors take.
+        return _restored, (type(self), self.args), vars(self)
+
+
+def _restored(kind: type[RumoError], arguments: tuple[Any, ...]) -> RumoError:
+    return kind.__new__(kind, *arguments)
+
 
 class ArgumentError(RumoError, ValueError):
     """An argument has a value that cannot work.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -158,10 +158,25 @@ class Problem:
         self.constraint_scales = np.array([item.scale for item in self.constraints])
         self.safe_input = self._safe_input(as_mapping(safe_input, "safe_input"))
         self.parameters = self.parameter_table(as_mapping(parameters, "parameters"))
+        self._protect()
+
+    def _protect(self) -> None:
         # Controllers build on these numbers once; a change would reach some and not others.
         for value in vars(self).values():
             if isinstance(value, np.ndarray):
                 value.flags.writeable = False
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Expressions pickle as a function of the model's symbols.
+        rows = self.model.packed([*self.output_rows, *(item.row for item in self.constraints)])
+        return vars(self) | {"output_rows": rows, "constraints": [replace(item, row=None) for item in self.constraints]}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        rows, ny = self.model.unpacked(state["output_rows"]), len(self.outputs)
+        self.output_rows = rows[:ny]
+        self.constraints = tuple(replace(item, row=row) for item, row in zip(self.constraints, rows[ny:], strict=True))
+        self._protect()
 
     @property
     def uniform(self) -> bool:

@@ -151,7 +151,7 @@ class NamedSymbols:
         return self._vector[self._signals.index(name)]
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
+        if name.startswith("_"):
             raise AttributeError(name)
         try:
             return self[name]
