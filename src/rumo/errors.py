@@ -55,6 +55,14 @@ class UnknownNameError(ArgumentError):
         super().__init__(argument, repr(name), expected, hint)
 
 
+class UnknownAttributeError(UnknownNameError, AttributeError):
+    """An attribute that an object does not have."""
+
+
+class FrozenError(RumoError, AttributeError):
+    """Something that stays as it is was to be changed."""
+
+
 class CallOrderError(RumoError, RuntimeError):
     """Methods were called in an order that cannot work."""
 

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rumo.checks import as_mapping, as_numbers, checked, checked_items, positive_number, whole_number
-from rumo.errors import ArgumentError, ShapeError, UnknownNameError
+from rumo.errors import ArgumentError, FrozenError, ShapeError, UnknownNameError
 from rumo.grid import Grid, InputBlocks, MoveBlocks
 from rumo.model import Model
+from rumo.sealed import Sealed
 from rumo.signals import Array, Signals
 from rumo.terms import Bounds, BoundsLike, Constraint, Penalty, Weight, as_bounds, check_penalty
 
@@ -28,7 +29,7 @@ class PathConstraint:
     penalty: Penalty | None
 
 
-class Problem:
+class Problem(Sealed):
     """Optimal control problem over a moving horizon.
 
     Minimises, over the free inputs `u_d ... u_{N-1}` with d = `delay`,
@@ -160,6 +161,14 @@ class Problem:
         self.parameters = self.parameter_table(as_mapping(parameters, "parameters"))
         self._protect()
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        if self._constructed and not name.startswith("_") and name in set(self._known()):
+            raise FrozenError(
+                f"Problem.{name} cannot be set. Write problem.changed(weights=..., bounds=...) for a problem with "
+                "other numbers; what is no number needs a new Problem."
+            )
+        super().__setattr__(name, value)
+
     def _protect(self) -> None:
         # Controllers build on these numbers once; a change would reach some and not others.
         for value in vars(self).values():
@@ -172,10 +181,11 @@ class Problem:
         return vars(self) | {"output_rows": rows, "constraints": [replace(item, row=None) for item in self.constraints]}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        vars(self).update(state)
-        rows, ny = self.model.unpacked(state["output_rows"]), len(self.outputs)
-        self.output_rows = rows[:ny]
-        self.constraints = tuple(replace(item, row=row) for item, row in zip(self.constraints, rows[ny:], strict=True))
+        model: Model = state["model"]
+        rows, ny = model.unpacked(state["output_rows"]), len(state["outputs"])
+        constraints = zip(state["constraints"], rows[ny:], strict=True)
+        restored = {"output_rows": rows[:ny], "constraints": tuple(replace(item, row=row) for item, row in constraints)}
+        vars(self).update(state | restored)
         self._protect()
 
     @property

@@ -118,6 +118,8 @@ ERRORS = [
     rumo.ArgumentError("x", "1", "2", "Write 2."),
     rumo.ShapeError("x", "shape (1,)", "shape (2,)"),
     rumo.UnknownNameError("track", "angel", ["angle", "rate"]),
+    rumo.UnknownAttributeError("Problem", "horizn", ["horizon"]),
+    rumo.FrozenError("Problem.horizon cannot be set."),
     rumo.CallOrderError("feedback() needs a preparation."),
     rumo.PlantError("The plant could not be integrated.", log={"angle": [1.0]}),
 ]
