@@ -25,7 +25,16 @@ from rumo.discretization import (
     Sdirk2,
     Trapezoidal,
 )
-from rumo.errors import ArgumentError, CallOrderError, PlantError, RumoError, ShapeError, UnknownNameError
+from rumo.errors import (
+    ArgumentError,
+    CallOrderError,
+    FrozenError,
+    PlantError,
+    RumoError,
+    ShapeError,
+    UnknownAttributeError,
+    UnknownNameError,
+)
 from rumo.grid import Grid, IncrementBlocks, InputBlocks, MoveBlocks
 from rumo.model import Algebraic, Model, Output, Parameter
 from rumo.plan import Plan
@@ -57,6 +66,7 @@ __all__ = [
     "DirectNlp",
     "Discretization",
     "ExplicitEuler",
+    "FrozenError",
     "Gauss2",
     "Grid",
     "ImplicitEuler",
@@ -89,6 +99,7 @@ __all__ = [
     "ShapeError",
     "Status",
     "Trapezoidal",
+    "UnknownAttributeError",
     "UnknownNameError",
     "Weight",
     "__version__",

@@ -8,11 +8,14 @@ import pytest
 import rumo
 
 SOURCE = Path(rumo.__file__).parent
-LEAVES = ["version", "errors", "checks", "status", "signals", "files", "interrupts"]
+LEAVES = ["version", "errors", "checks", "status", "signals", "sealed", "files", "interrupts"]
 ROOMS = [
     "model",
     "grid",
     "terms",
+    "structure",
+    "numbers",
+    "draft",
     "problem",
     "discretization",
     "kernel",
