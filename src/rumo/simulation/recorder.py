@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from rumo.checks import checked
 from rumo.controllers import Controller
-from rumo.errors import ShapeError
+from rumo.errors import ShapeError, UnknownNameError
 from rumo.plan import Plan
 from rumo.problem import Problem
 from rumo.signals import Array, NamedArray, Signals, Values
@@ -143,6 +143,8 @@ class Recorder:
             row[f"{name}_outputs"] = np.array([known[key] for key in signals["measured_output"]])
         row["parameters"] = others.pop("parameters", self._controller.parameters)
         for name, values in others.items():
+            if name not in VARIABLES:
+                raise UnknownNameError("Recorder.add", name, VARIABLES)
             row[name] = self._vector(signals[VARIABLES[name][0][-1]], values, name)
         self._rows.append(row | _of_plan(problem, plan))
 
