@@ -44,6 +44,7 @@ from rumo.terms import Bounds, Constraint, Penalty, Weight
 from rumo.version import __version__
 
 if TYPE_CHECKING:
+    from rumo.estimation import Butterworth, ExtendedKalman
     from rumo.report.show import show
     from rumo.simulation import faults
     from rumo.simulation.loop import ClosedLoop
@@ -59,6 +60,7 @@ __all__ = [
     "ArgumentError",
     "Bdf2",
     "Bounds",
+    "Butterworth",
     "CallOrderError",
     "ClosedLoop",
     "Constraint",
@@ -66,6 +68,7 @@ __all__ = [
     "DirectNlp",
     "Discretization",
     "ExplicitEuler",
+    "ExtendedKalman",
     "FrozenError",
     "Gauss2",
     "Grid",
@@ -110,7 +113,9 @@ __all__ = [
 
 # A controller alone needs neither SciPy nor a plotting library.
 _LAZY = {
+    "Butterworth": "rumo.estimation",
     "ClosedLoop": "rumo.simulation",
+    "ExtendedKalman": "rumo.estimation",
     "Plant": "rumo.simulation",
     "Recorder": "rumo.simulation",
     "Sample": "rumo.simulation",

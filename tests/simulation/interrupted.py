@@ -17,7 +17,7 @@ random.seed(0)
 study = replace(PaperStudy((name,), duration=240.0), estimator=kalman_filter())
 controller, plant = CONTROLLERS[name](study.problem()), study.plant()
 for _ in range(trials):
-    timer = Timer(random.uniform(0.0, 0.4), os.kill, (os.getpid(), signal.SIGINT))
+    timer = Timer(random.uniform(0.0, 0.8), os.kill, (os.getpid(), signal.SIGINT))
     try:
         timer.start()
         study.drive(controller, plant)
