@@ -25,7 +25,16 @@ from rumo.discretization import (
     Sdirk2,
     Trapezoidal,
 )
-from rumo.errors import ArgumentError, CallOrderError, PlantError, RumoError, ShapeError, UnknownNameError
+from rumo.errors import (
+    ArgumentError,
+    CallOrderError,
+    FrozenError,
+    PlantError,
+    RumoError,
+    ShapeError,
+    UnknownAttributeError,
+    UnknownNameError,
+)
 from rumo.grid import Grid, IncrementBlocks, InputBlocks, MoveBlocks
 from rumo.model import Algebraic, Model, Output, Parameter
 from rumo.plan import Plan
@@ -35,6 +44,7 @@ from rumo.terms import Bounds, Constraint, Penalty, Weight
 from rumo.version import __version__
 
 if TYPE_CHECKING:
+    from rumo.estimation import Butterworth, ExtendedKalman
     from rumo.report.show import show
     from rumo.simulation import faults
     from rumo.simulation.loop import ClosedLoop
@@ -50,6 +60,7 @@ __all__ = [
     "ArgumentError",
     "Bdf2",
     "Bounds",
+    "Butterworth",
     "CallOrderError",
     "ClosedLoop",
     "Constraint",
@@ -57,6 +68,8 @@ __all__ = [
     "DirectNlp",
     "Discretization",
     "ExplicitEuler",
+    "ExtendedKalman",
+    "FrozenError",
     "Gauss2",
     "Grid",
     "ImplicitEuler",
@@ -89,6 +102,7 @@ __all__ = [
     "ShapeError",
     "Status",
     "Trapezoidal",
+    "UnknownAttributeError",
     "UnknownNameError",
     "Weight",
     "__version__",
@@ -99,7 +113,9 @@ __all__ = [
 
 # A controller alone needs neither SciPy nor a plotting library.
 _LAZY = {
+    "Butterworth": "rumo.estimation",
     "ClosedLoop": "rumo.simulation",
+    "ExtendedKalman": "rumo.estimation",
     "Plant": "rumo.simulation",
     "Recorder": "rumo.simulation",
     "Sample": "rumo.simulation",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -135,16 +135,7 @@ class Model:
         guesses = {key: item.guess for key, item in algebraic.items()}
         self.algebraic_guess: Array = self.algebraic.finite_vector(guesses, "algebraic guesses")
 
-        self.x, self.z, self.u, self.p = (
-            ca.SX.sym(symbol, len(signals))
-            for symbol, signals in (
-                ("x", self.states),
-                ("z", self.algebraic),
-                ("u", self.inputs),
-                ("p", self.parameters),
-            )
-        )
-        self.xz = ca.vertcat(self.x, self.z)
+        self._make_symbols()
         derivatives = dynamics(*self.symbols)
         if not isinstance(derivatives, Mapping):
             raise ArgumentError("dynamics", type(derivatives).__name__, "a mapping from state to time derivative")
@@ -164,6 +155,36 @@ class Model:
         self._outputs = {
             key: self.scalar(item.expression(*self.symbols), f"outputs[{key!r}]") for key, item in outputs.items()
         }
+
+    def _make_symbols(self) -> None:
+        self.x, self.z, self.u, self.p = (
+            ca.SX.sym(symbol, len(signals))
+            for symbol, signals in (
+                ("x", self.states),
+                ("z", self.algebraic),
+                ("u", self.inputs),
+                ("p", self.parameters),
+            )
+        )
+        self.xz = ca.vertcat(self.x, self.z)
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = {name: value for name, value in vars(self).items() if name not in ("x", "z", "u", "p", "xz")}
+        return state | {"_outputs": self.packed(self._outputs.values())}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._make_symbols()
+        self._outputs = dict(zip(self.outputs, self.unpacked(state["_outputs"]), strict=True))
+
+    def packed(self, expressions: Iterable[Any]) -> Any:
+        """Scalar expressions of the model's symbols as a function, which can be pickled: symbols cannot."""
+        return ca.Function("packed", [self.xz, self.u, self.p], [ca.vertcat(ca.SX(0, 1), *expressions)])
+
+    def unpacked(self, function: Any) -> list[Any]:
+        """The expressions that were packed, of this model's symbols."""
+        expressions = function(self.xz, self.u, self.p)
+        return [expressions[i] for i in range(function.size1_out(0))]
 
     @property
     def symbols(self) -> tuple[NamedSymbols, NamedSymbols, NamedSymbols]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rumo.errors import ArgumentError, ShapeError, UnknownNameError
+from rumo.errors import ArgumentError, ShapeError, UnknownAttributeError, UnknownNameError
 
 Array = NDArray[np.floating[Any]]
 Values = Mapping[str, float] | Sequence[float] | ArrayLike
@@ -151,12 +151,11 @@ class NamedSymbols:
         return self._vector[self._signals.index(name)]
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
+        if name.startswith("_"):
             raise AttributeError(name)
-        try:
-            return self[name]
-        except UnknownNameError as error:
-            raise AttributeError(str(error)) from None
+        if name not in self._signals:
+            raise UnknownAttributeError(self._signals.role, name, self._signals)
+        return self[name]
 
 
 class NamedArray:

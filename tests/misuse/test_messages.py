@@ -417,7 +417,14 @@ def test_a_problem_cannot_be_changed_behind_its_controllers():
 
 
 def test_every_error_is_a_rumo_error():
-    for error in (rumo.ArgumentError, rumo.ShapeError, rumo.UnknownNameError, rumo.CallOrderError, rumo.PlantError):
+    for error in (
+        rumo.ArgumentError,
+        rumo.ShapeError,
+        rumo.UnknownNameError,
+        rumo.CallOrderError,
+        rumo.PlantError,
+        rumo.FrozenError,
+    ):
         assert issubclass(error, rumo.RumoError)
 
 

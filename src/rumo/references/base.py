@@ -106,7 +106,7 @@ def as_reference(reference: object) -> Reference:
         return reference
     if isinstance(reference, Mapping):
         return Held(reference)
-    if not callable(reference):
+    if not callable(reference) or isinstance(reference, type):
         raise ArgumentError(
             "reference", repr(reference), "a function of times, or a mapping from names to numbers, or a Reference"
         )

@@ -88,12 +88,13 @@ class Plant:
         try:
             with interruptible():
                 result = self._integrate(x0=x / self._scales, z0=self._z, p=np.r_[u, p])
+                end, z = (result[name].full().ravel() for name in ("xf", "zf"))
         except RuntimeError as error:
             raise PlantError(f"SUNDIALS could not integrate {self.name} from x = {x.tolist()}: {error}") from None
-        end = result["xf"].full().ravel() * self._scales
+        end = end * self._scales
         if not np.isfinite(end).all():
             raise PlantError(f"{self.name} left the finite numbers from x = {x.tolist()}, u = {u.tolist()}")
-        self._z = result["zf"].full().ravel()
+        self._z = z
         return end
 
     def observer(self, names: tuple[str, ...]) -> Callable[[Array, Array, Array], Array]:

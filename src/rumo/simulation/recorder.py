@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from rumo.checks import checked
 from rumo.controllers import Controller
-from rumo.errors import ShapeError
+from rumo.errors import ShapeError, UnknownNameError
 from rumo.plan import Plan
 from rumo.problem import Problem
 from rumo.signals import Array, NamedArray, Signals, Values
@@ -143,6 +143,8 @@ class Recorder:
             row[f"{name}_outputs"] = np.array([known[key] for key in signals["measured_output"]])
         row["parameters"] = others.pop("parameters", self._controller.parameters)
         for name, values in others.items():
+            if name not in VARIABLES:
+                raise UnknownNameError("Recorder.add", name, VARIABLES)
             row[name] = self._vector(signals[VARIABLES[name][0][-1]], values, name)
         self._rows.append(row | _of_plan(problem, plan))
 
@@ -266,9 +268,13 @@ def _of_plan(problem: Problem, plan: Plan | None) -> dict[str, Any]:
 
 
 def outputs_and_constraints(problem: Problem) -> ca.Function:
-    """`(x, u, p) -> y, G`: tracked outputs and path constraints; NaN where they depend on algebraic variables."""
+    """`(x, u, p) -> y, G`: tracked outputs, and path constraints less their next limits.
+
+    NaN where they depend on algebraic variables.
+    """
     model = problem.model
-    rows = [ca.vertcat(*problem.output_rows), ca.vertcat(ca.SX(0, 1), *(item.row for item in problem.constraints))]
+    now = [item.expression - item.limits[0] for item in problem.constraints]
+    rows = [ca.vertcat(*problem.output_rows), ca.vertcat(ca.SX(0, 1), *now)]
     unknown = ca.SX(ca.DM.nan(len(model.algebraic)))
     given = [model.x, model.u, model.p]
     return ca.Function("now", given, [ca.substitute(row, model.z, unknown) for row in rows])
@@ -276,14 +282,14 @@ def outputs_and_constraints(problem: Problem) -> ca.Function:
 
 def state_limits(problem: Problem) -> tuple[Array, Array]:
     """Lower and upper bounds of the states (nx,), infinite where there is none."""
-    states = problem.model.states
-    lower, upper = np.full(len(states), -np.inf), np.full(len(states), np.inf)
-    rows = ca.vertcat(ca.SX(0, 1), *(item.row for item in problem.constraints))
-    at_zero = ca.Function("limits", [problem.model.xz, problem.model.u, problem.model.p], [rows])
-    values = at_zero(0, 0, problem.model.default_parameters).full().ravel()
-    found = dict(zip(problem.constraint_names, values.tolist(), strict=True))
-    for i, name in enumerate(states):
-        lower[i], upper[i] = found.get(f"{name}_lower", -np.inf), -found.get(f"{name}_upper", -np.inf)
+    model = problem.model
+    lower, upper = np.full(len(model.states), -np.inf), np.full(len(model.states), np.inf)
+    for item in problem.constraints:
+        for i in range(len(model.states)):
+            if ca.is_equal(item.expression, model.x[i]):
+                upper[i] = min(upper[i], item.limits[0])
+            elif ca.is_equal(item.expression, -model.x[i], 1):
+                lower[i] = max(lower[i], -item.limits[0])
     return lower, upper
 
 

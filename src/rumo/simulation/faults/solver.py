@@ -37,15 +37,20 @@ class Budget(Fault):
 
 @contextmanager
 def _limited(controller: Any, iterations: int) -> Generator[None, None, None]:
-    name = next((name for name in ("qp", "options") if hasattr(controller, name)), None)
-    if name is None:
+    # The budget is one of the settings, of the QP solver where there is one.
+    name = next((name for name in ("settings", "qp", "options") if hasattr(controller, name)), "")
+    settings: Any = getattr(controller, name, None)
+    if hasattr(settings, "max_iterations"):
+        limited: Any = replace(settings, max_iterations=iterations)
+    elif hasattr(settings, "qp"):
+        limited = replace(settings, qp=replace(settings.qp, max_iterations=iterations))
+    else:
         raise ArgumentError("faults", "a Budget", f"a controller with a budget, which {controller.name} has not")
-    options = getattr(controller, name)
-    setattr(controller, name, replace(options, max_iterations=iterations))
+    setattr(controller, name, limited)
     try:
         yield
     finally:
-        setattr(controller, name, options)
+        setattr(controller, name, settings)
 
 
 @dataclass(frozen=True)
