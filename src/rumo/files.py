@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
-from tempfile import mkstemp
+from secrets import token_hex
 
 
 def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
@@ -19,15 +19,10 @@ def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
         Writes a file to the path that it is given, with the same suffix.
     """
     path = Path(path)
-    descriptor, name = mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    os.close(descriptor)
-    temporary = Path(name)
+    # A name by chance, of a file that is not there until it is written: nothing is left if Ctrl-C comes before.
+    temporary = path.with_name(f".{path.stem}-{token_hex(8)}{path.suffix}")
     try:
         write(temporary)
-        # mkstemp lets nobody else read; a file written directly would have what the umask leaves.
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(0o666 & ~mask)
         os.replace(temporary, path)
     except BaseException:  # Ctrl-C too
         temporary.unlink(missing_ok=True)

@@ -47,6 +47,11 @@ def print_error(text: str) -> None:
     Console(stderr=True).print(f"Error: {text}", style="bold red", soft_wrap=True, highlight=False, markup=False)
 
 
+def print_note(text: str) -> None:
+    """One line on standard error that is no error."""
+    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
+
+
 def writable(folder: Path) -> Path:
     """Create the folder and prove that files can be written there, before any work is done."""
     try:
@@ -99,7 +104,7 @@ def print_table(table: Table, title: str, console: Console | None = None) -> Non
     columns = [[head, *(row[i] for row in table.rows)] for i, head in enumerate(table.heads)]
     widths = _widths(columns, console.width - GAP * (len(columns) - 1))
     wrapped = [[_wrapped(text, width) for text in column] for column, width in zip(columns, widths, strict=True)]
-    console.print(Text(f"\n{title}", style="bold"), soft_wrap=True)
+    console.print(Text(f"\n{title}", style="bold"))
     for i, cells in enumerate(zip(*wrapped, strict=True)):
         height = max(map(len, cells))
         for line in range(height):

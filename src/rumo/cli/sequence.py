@@ -8,7 +8,7 @@ from typing import Any
 
 import typer
 
-from rumo.cli.console import print_error, print_json, print_lines, print_report, writable, write_json
+from rumo.cli.console import print_error, print_json, print_lines, print_note, print_report, writable, write_json
 from rumo.cli.interrupts import interrupts
 from rumo.cli.progress import Told, progress
 from rumo.errors import PlantError
@@ -29,6 +29,8 @@ def run_study(study: Study, output: Path, *, as_json: bool = False, quiet: bool 
         results, stopped = _results(study, folder, told)
         report = study.report(nested(results))
         if stopped is not None:
+            if not quiet:
+                print_note("Writing what has been done until here.")
             reason = "interrupted" if isinstance(stopped, KeyboardInterrupt) else str(stopped)
             done = f"Incomplete: {len(results)} of {len(study.runs())} runs were done, then: {reason}."
             report = replace(report, summary={**report.summary, "complete": False}, warning=done.replace("..", "."))
@@ -84,8 +86,10 @@ def _write(report: Report, folder: Path, told: Told) -> None:
 
     write_json(report.summary, folder / "summary.json")
     write_page(folder / "report.html", report)
-    for i, figure in enumerate(report.figures):
-        told("figures", i, len(report.figures))
-        write_figures([figure], folder)
+    with interrupts() as interrupt:
+        for i, figure in enumerate(report.figures):
+            told("figures", i, len(report.figures))
+            write_figures([figure], folder)
+            interrupt.check()
     if report.figures:
         told("figures", len(report.figures), len(report.figures))
