@@ -139,7 +139,7 @@ class Controller(ABC):
         """
         return explain(self.transcription, plan, self.parameters)
 
-    def local_error(self, plan: Plan) -> NamedArray:
+    def local_error(self, plan: Plan) -> NamedArray[Array]:
         """Error of each interval of a plan (N, nx), estimated by one with twice as many substeps."""
         return local_error(self.transcription, plan, self.parameters)
 

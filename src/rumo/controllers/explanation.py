@@ -66,7 +66,7 @@ def explain(transcription: Transcription, plan: Plan, parameters: Array) -> Expl
     return Explanation(stiffness, active, violated, tuple(sentences))
 
 
-def local_error(transcription: Transcription, plan: Plan, parameters: Array) -> NamedArray:
+def local_error(transcription: Transcription, plan: Plan, parameters: Array) -> NamedArray[Array]:
     """Error of each interval alone, from the plan's state at its beginning, estimated with twice as many substeps.
 
     Shape (N, nx); NaN where nothing was predicted, or the equations could not be solved. Source: Hairer, Norsett and
