@@ -8,7 +8,7 @@ import pytest
 import rumo
 
 SOURCE = Path(rumo.__file__).parent
-LEAVES = ["version", "errors", "checks", "status", "signals", "sealed"]
+LEAVES = ["version", "errors", "checks", "status", "signals", "sealed", "expressions"]
 ROOMS = [
     "model",
     "grid",
