@@ -81,8 +81,8 @@ class Controller(ABC):
     def parameters(self) -> Array:
         """Values of the model's parameters on each interval (N, np_).
 
-        Set them by a mapping from names to numbers, or N numbers each, before a preparation; those left out have their
-        defaults. Until then, and after a reset, they are the problem's.
+        Set them by a mapping from names to numbers, or N numbers each, before a preparation; those left out are the
+        problem's. Until then, and after a reset, all are.
         """
         return self._parameters.copy()
 
