@@ -19,7 +19,7 @@ from rumo.signals import Array, NamedArray, Signals, Values
 from rumo.simulation.foreign import ForeignPlant
 from rumo.simulation.plant import Plant
 from rumo.simulation.sample import Sample
-from rumo.simulation.variables import SKIPPED, TIMES, VARIABLES
+from rumo.simulation.variables import OTHERS, SKIPPED, TIMES, VARIABLES
 from rumo.version import __version__
 
 if TYPE_CHECKING:
@@ -96,16 +96,19 @@ class Recorder:
         reference : mapping of str to float or array_like (N + 1,), optional
             Wanted outputs, as the controller was told.
         others : mapping or array_like
-            Any other variable of a log, by its name: `plant`, `disturbance`, `received`, ...
+            Other variables of a log, by their names: `plant`, `disturbance`, `received`, `parameters`,
+            `estimated_deviation`, `true_states`, `true_outputs`.
         """
-        problem = self._controller.problem
         signals = self._signals
+        for name in others:
+            if name not in OTHERS:
+                known = ("measured", "estimated", "applied", "reference", *OTHERS)
+                raise UnknownNameError("Recorder.add", name, known)
         now = {} if reference is None else {name: np.ravel(reference[name])[0] for name in self._named(reference)}
         said = self._vector(self._measured, measured, "measured")
         got = self._vector(self._measured, others.pop("received", measured), "received")
         row: dict[str, Any] = {
             "time": float(time),
-            "estimated": self._vector(signals["state"], measured if estimated is None else estimated, "estimated"),
             "applied": self._vector(signals["input"], applied, "applied"),
             "reference": self._vector(signals["output"], now, "reference"),
         }
@@ -113,12 +116,12 @@ class Recorder:
             known = dict(zip(self._measured, values.tolist(), strict=True))
             row[name] = np.array([known.get(key, np.nan) for key in signals["state"]])
             row[f"{name}_outputs"] = np.array([known[key] for key in signals["measured_output"]])
+        told = row["received"] if estimated is None else estimated
+        row["estimated"] = self._vector(signals["state"], told, "estimated")
         row["parameters"] = others.pop("parameters", self._controller.parameters)
         for name, values in others.items():
-            if name not in VARIABLES:
-                raise UnknownNameError("Recorder.add", name, VARIABLES)
             row[name] = self._vector(signals[VARIABLES[name][0][-1]], values, name)
-        self._rows.append(row | _of_plan(problem, plan))
+        self._rows.append(row | _of_plan(plan))
 
     def record(self, sample: Sample) -> None:
         """Record a sample of a `ClosedLoop`."""
@@ -223,7 +226,7 @@ class Recorder:
         return np.array(rows, dtype=float).reshape(len(rows), *shape)
 
 
-def _of_plan(problem: Problem, plan: Plan | None) -> dict[str, Any]:
+def _of_plan(plan: Plan | None) -> dict[str, Any]:
     if plan is None:
         return {"status": SKIPPED, "cause": SKIPPED, **dict.fromkeys(TIMES, np.nan)}
     return {

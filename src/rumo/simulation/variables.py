@@ -31,3 +31,5 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
 }
 """Dimensions after time, and meaning."""
 TIMES = ("prepare_time", "feedback_time", "step_time")
+OTHERS = ("plant", "disturbance", "received", "parameters", "estimated_deviation", "true_states", "true_outputs")
+"""What loops may know besides."""
