@@ -47,6 +47,7 @@ class Draft:
                 "move_upper": np.full(nu, np.inf),
                 "limits": np.zeros((N, nc)),
                 "constraint_scales": np.ones(nc),
+                "stakes": np.array([structure.shares.sum() if row.bounded else 1.0 for row in structure.rows]),
                 "prices": np.tile([[np.inf], [0.0]], nc),
                 "chosen": np.full(nu, np.nan),
                 "parameters": np.tile(structure.model.default_parameters, (N, 1)),

@@ -34,8 +34,11 @@ class ProblemNumbers:
         Path constraints are `G <= limits`, at stages 1 to N.
     constraint_scales : ndarray, shape (nc,)
         Typical size of each path constraint.
+    stakes : ndarray, shape (nc,)
+        Price of a violation as large as the scale, for l1 = 1: the length of the horizon in samples for bounds, 1 for
+        constraints given by expressions.
     prices : ndarray, shape (2, nc)
-        l1 and l2 as given: of a violation over its scale; l1 is infinite for hard constraints.
+        l1 and l2 as given; l1 is infinite for hard constraints.
     chosen, safe_input : ndarray, shape (nu,)
         Safe input as given, NaN where it is not; and 0 or the nearest bound there.
     parameters : ndarray, shape (N, np_)
@@ -53,6 +56,7 @@ class ProblemNumbers:
     move_upper: Array
     limits: Array
     constraint_scales: Array
+    stakes: Array
     prices: Array
     chosen: Array
     safe_input: Array
@@ -88,12 +92,12 @@ class ProblemNumbers:
     @cached_property
     def l1(self) -> Array:
         """Price of a violation (nc,), by its unit; infinite for hard constraints."""
-        return _fixed(self.prices[0] / self.constraint_scales)
+        return _fixed(self.prices[0] * self.stakes / self.constraint_scales)
 
     @cached_property
     def l2(self) -> Array:
         """Price of a squared violation (nc,), by its unit."""
-        return _fixed(self.prices[1] / _squares(self.constraint_scales))
+        return _fixed(self.prices[1] * self.stakes / _squares(self.constraint_scales))
 
 
 @dataclass(frozen=True)

@@ -152,28 +152,28 @@ class Plan:
         return self._numbers[self._layout.parts[index]].reshape(self._layout.shapes[index])
 
     @property
-    def command(self) -> NamedArray:
+    def command(self) -> NamedArray[float]:
         """The input to apply `delay` samples after the measurement (nu,); always finite and within bounds."""
         problem = self._layout.problem
         return NamedArray(problem.model.inputs, self._part(0)[problem.delay])
 
     @property
-    def u(self) -> NamedArray:
+    def u(self) -> NamedArray[Array]:
         """Inputs of the horizon (N, nu); the first `delay` are those already decided, then comes the command."""
         return NamedArray(self._layout.problem.model.inputs, self._part(0))
 
     @property
-    def x(self) -> NamedArray:
+    def x(self) -> NamedArray[Array]:
         """Predicted states (N + 1, nx), the measurement first; NaN where nothing was predicted."""
         return NamedArray(self._layout.problem.model.states, self._part(1))
 
     @property
-    def z(self) -> NamedArray:
+    def z(self) -> NamedArray[Array]:
         """Predicted algebraic variables at stages 1 to N (N, nz); NaN where nothing was predicted."""
         return NamedArray(self._layout.problem.model.algebraic, self._part(3))
 
     @property
-    def constraints(self) -> NamedArray:
+    def constraints(self) -> NamedArray[Array]:
         """Path constraints at stages 1 to N (N, nc), violated above 0.
 
         As linearised where the controller linearises; NaN where nothing was solved.
@@ -181,7 +181,7 @@ class Plan:
         return NamedArray(self._layout.problem.constraint_names, self._part(2))
 
     @property
-    def slacks(self) -> NamedArray:
+    def slacks(self) -> NamedArray[Array]:
         """Amount by which each path constraint is violated at stages 1 to N (N, nc); NaN where nothing was solved."""
         return NamedArray(self._layout.problem.constraint_names, np.maximum(self._part(2), 0.0))
 

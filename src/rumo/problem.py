@@ -125,7 +125,8 @@ class Problem(Sealed):
         track = checked_items(track, "track", Weight, "rumo.Weight(1.0, range=...)")
         moves = checked_items(moves, "moves", Weight, "rumo.Weight(1.0, range=...)")
         if not track:
-            raise ArgumentError("track", "nothing", "at least one state or output to track")
+            known = ", ".join((*model.states, *model.algebraic, *model.outputs))
+            raise ArgumentError("track", "nothing", f"at least one of {known}", "Write {name: rumo.Weight(1.0)}.")
         self.output_rows = tuple(model.expression(name, "track") for name in track)
         self.outputs = Signals({name: model.unit(name) for name in track}, "tracked outputs")
         for name in moves:

@@ -1,12 +1,14 @@
-"""From a CasADi function to a tape that the C core runs."""
+"""From CasADi expressions to tapes that the C core runs."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from rumo.kernel.description import MATRICES, VECTORS, StageProgram
 from rumo.kernel.tape import OPERATIONS, Tape
 from rumo.problem import Problem
 
@@ -21,6 +23,10 @@ _CODES = {getattr(ca, casadi_name): OPERATIONS.index(name) for name, casadi_name
     ca.OP_CONSTPOW: OPERATIONS.index("pow"),
     ca.OP_LIFT: OPERATIONS.index("assign"),
 }
+
+
+OF_ENDS = ("y", "Cx", "Cu", "G", "D", "E")
+"""Terms that only the end of an interval has."""
 
 
 def missing_operation(problem: Problem) -> str | None:
@@ -55,3 +61,44 @@ def record(function: Any) -> Tape:
             row = (function.instruction_output(i)[0], operands[0], operands[1] if len(operands) > 1 else operands[0])
         code[i] = (operation, *row)
     return Tape(code, constants, max(function.sz_w(), 1))
+
+
+def stage_program(terms: Mapping[str, Any], arguments: Sequence[Any], *, alone: bool) -> StageProgram:
+    """The terms of a linearised substep as a program for the C core, which must know their operations.
+
+    Parameters
+    ----------
+    terms : mapping of str to casadi expression
+        All of `VECTORS` and `MATRICES`.
+    arguments : sequence of casadi symbols
+        State at the end, x, u, p, other unknowns.
+    alone : bool
+        Whether each substep ends an interval.
+    """
+    entries: list[Any] = []
+    first: dict[str, int] = {}
+    positions: dict[str, list[tuple[int, int]]] = {}
+    inside: list[bool] = []
+    for name in (*VECTORS, *MATRICES):
+        first[name], term = len(entries), terms[name]
+        if name in VECTORS:
+            entries += ca.vertsplit(ca.densify(term))
+        else:
+            # CasADi sorts nonzeros by columns; those of the transpose are sorted by rows.
+            transposed = ca.sparsify(term.T)
+            columns, rows = transposed.sparsity().get_triplet()
+            positions[name] = list(zip(rows, columns, strict=True))
+            entries += transposed.nonzeros()
+        inside += [name not in OF_ENDS] * (len(entries) - len(inside))
+    fixed = np.array([float(entry) if entry.is_constant() else np.nan for entry in entries])
+    varying = np.isnan(fixed)
+
+    def tape(slots: np.ndarray) -> Tape:
+        outputs = ca.vertcat(*(entries[slot] for slot in slots))
+        program = record(ca.Function("stage", arguments, [ca.cse(outputs)]))
+        written = program.code[:, 0] == OPERATIONS.index("output")
+        program.code[written, 1] = slots[program.code[written, 1]]
+        return program
+
+    inner = None if alone else tape(np.flatnonzero(varying & inside))
+    return StageProgram(tape(np.flatnonzero(varying)), inner, fixed, first, positions)

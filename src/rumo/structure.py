@@ -72,9 +72,7 @@ def rows_of(
     rows: list[Row] = []
     for name, constraint in constraints.items():
         argument = f"constraints[{name!r}]"
-        if not callable(constraint.expression):
-            raise ArgumentError(argument, repr(constraint.expression), "a function (x, u, p) -> expression")
-        expression = model.scalar(constraint.expression(*model.symbols), argument)
+        expression = model.written(constraint.expression, argument)
         if not model.depends(expression):
             raise ArgumentError(
                 argument,

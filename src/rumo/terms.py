@@ -35,20 +35,23 @@ class Weight:
 
 @dataclass(frozen=True)
 class Penalty:
-    """Price of violating a soft constraint by s: `l1 * s + l2 * s**2`.
+    """Price of violating a soft constraint by s, at each stage: `l1 * s + l2 * s**2`.
 
-    s is the violation over the constraint's scale. For bounds of a state the scale is their width, or the distance from
-    zero to the far one where zero is not between them; for a constraint given by an expression it is 1. With `l1` above
-    the constraint's multiplier the penalty is exact: the constraint holds whenever it can (Kerrigan and Maciejowski,
-    2000).
+    For a constraint given by an expression s is its value above the limit. For a bound of a state the price does not
+    depend on units: `N * (l1 * s + l2 * s**2)`, with s the violation over the width of the bounds (or over the distance
+    from zero to the far one, where zero is not between them), and N the length of the horizon in samples. So with
+    `l1 = 1` a violation as large as that costs as much as errors as large as their range, with a weight of 1, on the
+    whole horizon.
+
+    With `l1` above the constraint's multiplier the penalty is exact: the constraint holds whenever it can (Kerrigan and
+    Maciejowski, 2000).
 
     Parameters
     ----------
     l1 : float
-        Price of a violation as large as the scale, positive. 1 is what an error as large as its range costs at one
-        stage, with a weight of 1.
+        Price of the violation, positive.
     l2 : float
-        Additional price of the squared share, zero or more.
+        Additional price of its square, zero or more.
     """
 
     l1: float

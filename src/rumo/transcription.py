@@ -13,16 +13,13 @@ import numpy as np
 from rumo.checks import checked
 from rumo.discretization import Discretization, ImplicitEuler
 from rumo.errors import ArgumentError
-from rumo.kernel.description import MATRICES, VECTORS, StageProgram
-from rumo.kernel.tape import OPERATIONS, Tape
+from rumo.kernel.description import VECTORS, StageProgram
 from rumo.problem import Problem
-from rumo.recording import record
+from rumo.recording import stage_program
 from rumo.signals import Array
 
 NEWTON_ITERATIONS = 30
 NEWTON_TOLERANCE = 1e-12
-OF_ENDS = ("y", "Cx", "Cu", "G", "D", "E")
-"""Terms that only the end of an interval has."""
 
 
 @dataclass(frozen=True)
@@ -151,34 +148,7 @@ class Transcription:
 
     def program(self) -> StageProgram:
         """The linearised substep for the C core, whose operations must be known to it."""
-        entries: list[Any] = []
-        first: dict[str, int] = {}
-        positions: dict[str, list[tuple[int, int]]] = {}
-        inside: list[bool] = []
-        for name in (*VECTORS, *MATRICES):
-            first[name], term = len(entries), self._terms[name]
-            if name in VECTORS:
-                entries += ca.vertsplit(ca.densify(term))
-            else:
-                # CasADi sorts nonzeros by columns; those of the transpose are sorted by rows.
-                transposed = ca.sparsify(term.T)
-                columns, rows = transposed.sparsity().get_triplet()
-                positions[name] = list(zip(rows, columns, strict=True))
-                entries += transposed.nonzeros()
-            inside += [name not in OF_ENDS] * (len(entries) - len(inside))
-        fixed = np.array([float(entry) if entry.is_constant() else np.nan for entry in entries])
-        varying = np.isnan(fixed)
-
-        def tape(slots: np.ndarray) -> Tape:
-            outputs = ca.vertcat(*(entries[slot] for slot in slots))
-            program = record(ca.Function("stage", self._arguments, [ca.cse(outputs)]))
-            written = program.code[:, 0] == OPERATIONS.index("output")
-            program.code[written, 1] = slots[program.code[written, 1]]
-            return program
-
-        alone = self.discretization.substeps == 1
-        inner = None if alone else tape(np.flatnonzero(varying & inside))
-        return StageProgram(tape(np.flatnonzero(varying)), inner, fixed, first, positions)
+        return stage_program(self._terms, self._arguments, alone=self.discretization.substeps == 1)
 
     def given(self, parameters: Array) -> Array:
         """What stage functions take for p: a model's parameters (N, np_) and, on a non-uniform grid, lengths (N, 1)."""

@@ -8,6 +8,7 @@ import pytest
 from problems import pendulum
 
 import rumo
+from rumo.registry import CONTROLLERS
 
 SOFT = rumo.Bounds(-3.0, 3.0, rumo.Penalty(5.0))
 
@@ -139,6 +140,19 @@ def test_parameters_left_out_are_the_problems():
     problem = rich(parameters={"gravity": 7.0})
     assert problem.parameter_table({})[0, 0] == 7.0
     assert problem.changed(weights={"angle": 2.0}).parameters[0, 0] == 7.0
+
+
+@pytest.mark.parametrize("make", CONTROLLERS.values(), ids=CONTROLLERS)
+def test_parameters_that_are_set_leave_the_others_at_the_problems(make):
+    model = rumo.Model(
+        states={"angle": "rad"},
+        inputs={"torque": "N m"},
+        dynamics=lambda x, u, p: {"angle": u.torque - p.a * x.angle + p.b},
+        parameters={"a": rumo.Parameter("1", 1.0), "b": rumo.Parameter("1", 2.0)},
+    )
+    controller = make(pendulum(model=model, track={"angle": W(1.0)}, moves={"torque": W(1.0)}, parameters={"a": 5.0}))
+    controller.parameters = {"b": 7.0}
+    assert controller.parameters[0].tolist() == [5.0, 7.0]
 
 
 def test_the_users_own_arrays_are_not_shared():

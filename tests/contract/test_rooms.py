@@ -10,7 +10,7 @@ import pytest
 import rumo
 
 SOURCE = Path(rumo.__file__).parent
-LEAVES = ["version", "errors", "checks", "status", "signals", "sealed", "files", "interrupts"]
+LEAVES = ["version", "errors", "checks", "status", "signals", "sealed", "expressions", "files", "interrupts"]
 ROOMS = [
     "model",
     "grid",

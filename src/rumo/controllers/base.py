@@ -81,8 +81,8 @@ class Controller(ABC):
     def parameters(self) -> Array:
         """Values of the model's parameters on each interval (N, np_).
 
-        Set them by a mapping from names to numbers, or N numbers each, before a preparation; those left out have their
-        defaults. Until then, and after a reset, they are the problem's.
+        Set them by a mapping from names to numbers, or N numbers each, before a preparation; those left out are the
+        problem's. Until then, and after a reset, all are.
         """
         return self._parameters.copy()
 
@@ -139,7 +139,7 @@ class Controller(ABC):
         """
         return explain(self.transcription, plan, self.parameters)
 
-    def local_error(self, plan: Plan) -> NamedArray:
+    def local_error(self, plan: Plan) -> NamedArray[Array]:
         """Error of each interval of a plan (N, nx), estimated by one with twice as many substeps."""
         return local_error(self.transcription, plan, self.parameters)
 

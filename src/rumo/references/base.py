@@ -36,7 +36,7 @@ class Preview:
 class Reference(Protocol):
     """Anything that can say what lies ahead."""
 
-    def preview(self, times: Array, x: NamedArray) -> Preview:
+    def preview(self, times: Array, x: NamedArray[float]) -> Preview:
         """What lies ahead of a state.
 
         Parameters
@@ -60,7 +60,7 @@ class OfTime(ABC):
     def __call__(self, t: Array) -> dict[str, Array]:
         """Values (n,) of each signal at times t (n,) [s]."""
 
-    def preview(self, times: Array, x: NamedArray) -> Preview:
+    def preview(self, times: Array, x: NamedArray[float]) -> Preview:
         """Signals at these times, see `Reference`."""
         return Preview(self(times))
 

@@ -37,7 +37,7 @@ class Following:
     def __post_init__(self) -> None:
         positive_number(self.window, "window")
 
-    def preview(self, times: Array, x: NamedArray) -> Preview:
+    def preview(self, times: Array, x: NamedArray[float]) -> Preview:
         """Signals ahead, see `Reference`."""
         place = np.array([x[name] for name in self.position])
         now = times[0]

@@ -69,8 +69,9 @@ class ClosedLoop:
         self.measured = scenario.sensors.signals(plant, model)
         for fault in scenario.faults:
             fault.check(self.measured, model.inputs)
-        self._states = known_observer(plant, model.states)
-        self._outputs = known_observer(plant, problem.outputs)
+        with interruptible():
+            self._states = known_observer(plant, model.states)
+            self._outputs = known_observer(plant, problem.outputs)
 
     def __len__(self) -> int:
         return self.scenario.samples
@@ -81,7 +82,8 @@ class ClosedLoop:
         model, times = problem.model, problem.sampling_time * np.arange(len(self))
         faults = [(fault, fault.samples(problem.sampling_time)) for fault in scenario.faults]
         disturbance, sensors = self._random()
-        estimator = (scenario.estimator or Unfiltered()).start(problem, sensors.signals.names)
+        with interruptible():
+            estimator = (scenario.estimator or Unfiltered()).start(problem, sensors.signals.names)
         plant.reset()
         controller.reset(applied=scenario.applied)
         actuators = Actuators(controller)

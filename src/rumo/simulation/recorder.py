@@ -12,46 +12,18 @@ from numpy.typing import ArrayLike
 from rumo.checks import checked
 from rumo.controllers import Controller
 from rumo.errors import ShapeError, UnknownNameError
+from rumo.interrupts import interruptible
 from rumo.plan import Plan
 from rumo.problem import Problem
 from rumo.signals import Array, NamedArray, Signals, Values
 from rumo.simulation.foreign import ForeignPlant
 from rumo.simulation.plant import Plant
 from rumo.simulation.sample import Sample
+from rumo.simulation.variables import OTHERS, SKIPPED, TIMES, VARIABLES
 from rumo.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
-
-SKIPPED = "SKIPPED"
-"""Status in a log of a sample at which the controller did not run."""
-
-VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
-    "plant": (("plant_state",), "state of the plant"),
-    "measured": (("state",), "measured states"),
-    "estimated": (("state",), "states given to the controller"),
-    "applied": (("input",), "input held from this sample to the next"),
-    "commanded": (("input",), "input computed at this sample, applied `delay` samples later"),
-    "reference": (("output",), "wanted outputs at this sample"),
-    "disturbance": (("parameter",), "parameters of the plant from this sample to the next"),
-    "predicted_states": (("stage", "state"), "predicted states, stage 0 is now"),
-    "predicted_inputs": (("interval", "input"), "planned inputs, interval 0 starts now"),
-    "slacks": (("interval", "constraint"), "violation of the path constraints at the interval's end"),
-    "status": ((), "outcome of the step"),
-    "cause": ((), "what kept the step from being solved"),
-    "received": (("state",), "measured states as they arrived, faults included"),
-    "measured_outputs": (("measured_output",), "further measurements"),
-    "received_outputs": (("measured_output",), "further measurements as they arrived, faults included"),
-    "estimated_deviation": (("state",), "standard deviation of the estimated states"),
-    "true_states": (("state",), "states of the controller's model, of the plant"),
-    "true_outputs": (("output",), "tracked outputs, of the plant"),
-    "estimated_outputs": (("output",), "tracked outputs at the estimated states"),
-    "constraints": (("interval", "constraint"), "planned path constraints at the interval's end, violated above 0"),
-    "true_constraints": (("constraint",), "path constraints at the true states, violated above 0"),
-    "parameters": (("interval", "model_parameter"), "parameters of the controller's model, as it believes"),
-}
-"""Dimensions after time, and meaning."""
-TIMES = ("prepare_time", "feedback_time", "step_time")
 
 
 class Recorder:
@@ -124,16 +96,19 @@ class Recorder:
         reference : mapping of str to float or array_like (N + 1,), optional
             Wanted outputs, as the controller was told.
         others : mapping or array_like
-            Any other variable of a log, by its name: `plant`, `disturbance`, `received`, ...
+            Other variables of a log, by their names: `plant`, `disturbance`, `received`, `parameters`,
+            `estimated_deviation`, `true_states`, `true_outputs`.
         """
-        problem = self._controller.problem
         signals = self._signals
+        for name in others:
+            if name not in OTHERS:
+                known = ("measured", "estimated", "applied", "reference", *OTHERS)
+                raise UnknownNameError("Recorder.add", name, known)
         now = {} if reference is None else {name: np.ravel(reference[name])[0] for name in self._named(reference)}
         said = self._vector(self._measured, measured, "measured")
         got = self._vector(self._measured, others.pop("received", measured), "received")
         row: dict[str, Any] = {
             "time": float(time),
-            "estimated": self._vector(signals["state"], measured if estimated is None else estimated, "estimated"),
             "applied": self._vector(signals["input"], applied, "applied"),
             "reference": self._vector(signals["output"], now, "reference"),
         }
@@ -141,12 +116,12 @@ class Recorder:
             known = dict(zip(self._measured, values.tolist(), strict=True))
             row[name] = np.array([known.get(key, np.nan) for key in signals["state"]])
             row[f"{name}_outputs"] = np.array([known[key] for key in signals["measured_output"]])
+        told = row["received"] if estimated is None else estimated
+        row["estimated"] = self._vector(signals["state"], told, "estimated")
         row["parameters"] = others.pop("parameters", self._controller.parameters)
         for name, values in others.items():
-            if name not in VARIABLES:
-                raise UnknownNameError("Recorder.add", name, VARIABLES)
             row[name] = self._vector(signals[VARIABLES[name][0][-1]], values, name)
-        self._rows.append(row | _of_plan(problem, plan))
+        self._rows.append(row | _of_plan(plan))
 
     def record(self, sample: Sample) -> None:
         """Record a sample of a `ClosedLoop`."""
@@ -174,7 +149,9 @@ class Recorder:
         problem = self._controller.problem
         model = problem.model
         columns = {name: self._stacked(name, dims) for name, (dims, _) in VARIABLES.items()}
-        self._complete(columns)
+        with interruptible():
+            self._complete(columns)
+            lower, upper = state_limits(problem)
         data: dict[str, Any] = {}
         for name, (dims, meaning) in VARIABLES.items():
             attributes = {"long_name": meaning}
@@ -191,7 +168,6 @@ class Recorder:
         for dim, names in self._signals.items():
             coordinates[dim] = (dim, np.array(names.names, dtype=str))
             coordinates[f"{dim}_unit"] = (dim, np.array(names.units, dtype=str))
-        lower, upper = state_limits(problem)
         limits = {"input": (problem.input_lower, problem.input_upper), "state": (lower, upper)}
         for dim, values in limits.items():
             for side, numbers in zip(("lower", "upper"), values, strict=True):
@@ -250,7 +226,7 @@ class Recorder:
         return np.array(rows, dtype=float).reshape(len(rows), *shape)
 
 
-def _of_plan(problem: Problem, plan: Plan | None) -> dict[str, Any]:
+def _of_plan(plan: Plan | None) -> dict[str, Any]:
     if plan is None:
         return {"status": SKIPPED, "cause": SKIPPED, **dict.fromkeys(TIMES, np.nan)}
     return {

@@ -38,12 +38,12 @@ def record(loop: ClosedLoop, progress: Callable[[int, int], None] | None = None)
                 recorder.record(sample)
                 if progress is not None:
                     progress(sample.index + 1, len(loop))
+        return recorder.log()
     except PlantError as error:
         error.log = recorder.log()
         raise
     except KeyboardInterrupt:
         raise Interrupted(recorder.log()) from None
-    return recorder.log()
 
 
 def simulate(

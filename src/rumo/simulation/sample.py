@@ -48,21 +48,21 @@ class Sample:
 
     index: int
     time: float
-    plant: NamedArray
-    measured: NamedArray
-    received: NamedArray
-    estimated: NamedArray
+    plant: NamedArray[float]
+    measured: NamedArray[float]
+    received: NamedArray[float]
+    estimated: NamedArray[float]
     covariance: Array | None
     preview: Preview
-    reference: NamedArray
+    reference: NamedArray[float]
     parameters: Array
     plan: Plan | None
-    applied: NamedArray
-    disturbance: NamedArray
-    states: NamedArray
-    outputs: NamedArray
+    applied: NamedArray[float]
+    disturbance: NamedArray[float]
+    states: NamedArray[float]
+    outputs: NamedArray[float]
 
     @property
-    def commanded(self) -> NamedArray | None:
+    def commanded(self) -> NamedArray[float] | None:
         """Input computed at this sample, applied `delay` samples later."""
         return None if self.plan is None else self.plan.command

@@ -27,7 +27,7 @@ from rumo.simulation.faults import (
     Stuck,
     Weakened,
 )
-from rumo.simulation.recorder import SKIPPED
+from rumo.simulation.variables import SKIPPED
 from rumo.studies.faults import FAULTS, FaultStudy
 
 STUDY = FaultStudy(("rti", "nlp", "ltv"), start=0.4, count=5, duration=1.2)
