@@ -74,7 +74,7 @@ def percentile_table(content: Mapping[str, Any]) -> Table:
             name if phase == PHASES[0] else "",
             phase.removesuffix("_us"),
             *(_microseconds(values[phase][p]) for p in PERCENTILES),
-            f"{content['ratios'][name][phase]['p50']:.2f}",
+            f"{content['ratios'][name][phase]['p50']:,.2f}",
         ]
         for name, values in content["controllers"].items()
         for phase in PHASES
@@ -98,7 +98,7 @@ def solver_table(content: Mapping[str, Any]) -> Table:
         [
             name,
             *(_microseconds(values[p]) for p in PERCENTILES),
-            f"{values['p50'] / content['core']['p50']:.1f}",
+            f"{values['p50'] / content['core']['p50']:,.1f}",
             number(values["solved"]),
             "-" if values["difference"] is None else f"{values['difference']:.0e}",
         ]
@@ -123,7 +123,7 @@ def _medians(run: Mapping[str, Any], name: str) -> str:
         return "-"
     values = run["controllers"][name]
     parts = " + ".join(_microseconds(values[phase]["p50"]) for phase in PHASES[:2])
-    return f"{parts} ({run['ratios'][name]['total_us']['p50']:.1f})"
+    return f"{parts} ({run['ratios'][name]['total_us']['p50']:,.1f})"
 
 
 def _microseconds(value: float) -> str:
