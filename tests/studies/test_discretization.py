@@ -149,7 +149,7 @@ def test_tables_and_sentences_show_the_summary(content):
     table = outcome_table(case, content["schemes"])
     assert len(table.rows) == len(SCHEMES) * 4
     rk4 = find(case, "rk4", 2.0)
-    assert any(f"RK4 needs {rk4['substeps']} substeps" in sentence for sentence in findings(content))
+    assert any(f"RK4 needs {rk4['substeps']:,} substeps" in sentence for sentence in findings(content))
     rows = {row[0]: row for row in properties_table(content).rows}
     assert rows["Trapezoidal"][1:5] == ["2", "yes", "no", "1"]
     orders = {row[0]: row[1:4] for row in order_table(content).rows}

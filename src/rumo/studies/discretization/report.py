@@ -79,7 +79,7 @@ def _findings_of(case: Mapping[str, Any]) -> list[str]:
 
 
 def _counted(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
+    return f"{number:,} {what}{'' if number == 1 else 's'}"
 
 
 def _times(ratio: float) -> str:
