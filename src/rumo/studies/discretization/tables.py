@@ -104,7 +104,8 @@ def cheapest_table(content: Mapping[str, Any]) -> Table:
             best = cheapest(case, share)
             words = "-"
             if best is not None:
-                words = f"{content['schemes'][best['scheme']]['title']}, {best['step_s']:g}\u00a0s: {best['total_us']:.3g}\u00a0us"
+                title = content["schemes"][best["scheme"]]["title"]
+                words = f"{title}, {best['step_s']:g}\u00a0s: {best['total_us']:.3g}\u00a0us"
             row.append(words)
         rows.append(row)
     return Table(["Error below", *(f"{100.0 * share:g} %" for share in SHARES)], rows, tuple(range(1 + len(SHARES))))
