@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from rumo.estimation import Estimate
 from rumo.studies import PaperStudy
 
 WILD = 100
@@ -17,17 +18,20 @@ class Spoil:
     name: str
     value: float
 
-    def start(self, problem):
-        column = problem.model.states.index(self.name)
-        samples = iter(range(10**9))
+    def start(self, problem, measured=None):
+        return Spoiling(problem.model.states.index(self.name), self.value)
 
-        def spoil(measurement, applied):
-            if next(samples) == WILD:
-                measurement = measurement.copy()
-                measurement[column] = self.value
-            return measurement
 
-        return spoil
+class Spoiling:
+    def __init__(self, column, value):
+        self.column, self.value, self.sample = column, value, -1
+
+    def update(self, measured, applied, parameters):
+        self.sample += 1
+        if self.sample == WILD:
+            measured = measured.copy()
+            measured[self.column] = self.value
+        return Estimate(measured)
 
 
 @pytest.mark.parametrize("controller", ["rti", "ltv"])

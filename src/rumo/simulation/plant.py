@@ -102,7 +102,7 @@ class Plant:
         model = self.model
         given: list[Any] = [model.x, model.u, model.p]
         rows: Any = ca.vertcat(ca.SX(0, 1), *(model.expression(name, "plant") for name in names))
-        if ca.depends_on(rows, model.z):
+        if len(model.algebraic) and ca.depends_on(rows, model.z):
             of_z = [model.z, *given]
             g = ca.Function("g", of_z, [model.g(model.xz, model.u, model.p)])
             solve, rows = ca.rootfinder("solve", "newton", g), ca.Function("rows", of_z, [rows])

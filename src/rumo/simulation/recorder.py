@@ -251,9 +251,10 @@ def outputs_and_constraints(problem: Problem) -> ca.Function:
     model = problem.model
     now = [item.expression - item.limits[0] for item in problem.constraints]
     rows = [ca.vertcat(*problem.output_rows), ca.vertcat(ca.SX(0, 1), *now)]
-    unknown = ca.SX(ca.DM.nan(len(model.algebraic)))
-    given = [model.x, model.u, model.p]
-    return ca.Function("now", given, [ca.substitute(row, model.z, unknown) for row in rows])
+    if len(model.algebraic):
+        unknown = ca.SX(ca.DM.nan(len(model.algebraic)))
+        rows = [ca.substitute(row, model.z, unknown) for row in rows]
+    return ca.Function("now", [model.x, model.u, model.p], rows)
 
 
 def state_limits(problem: Problem) -> tuple[Array, Array]:
