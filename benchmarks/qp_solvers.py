@@ -28,8 +28,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from qps.recorded import study, textbook
 
-from rumo.bench.qp_solvers import CoreQp, as_hard
-from rumo.controllers.qp import QuadraticProgram
+from rumo.bench.qp import CoreQp, as_hard
+from rumo.controllers.engines.qp import QuadraticProgram
 
 PASSES = 15
 TOLERANCE = 1e-9

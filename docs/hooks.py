@@ -14,9 +14,12 @@ from latex2mathml.converter import convert_to_element
 from mkdocs.exceptions import PluginError
 
 SOURCE = Path(__file__).parents[1] / "src" / "rumo"
+CORE = Path(__file__).parents[1] / "core" / "src"
 
-# {{ code controllers/rti.py RealTimeIteration._prepare }} quotes a definition without its docstring;
-# {{ code controllers/condensed.py CondensedController._iterate "first line" "last line" }} quotes a part of it.
+# {{ code controllers/engines/numpy.py NumpyRti.prepare }} quotes a definition without its docstring;
+# {{ code controllers/engines/numpy.py NumpyRti.iterate "first line" "last line" }} quotes a part of it.
+# {{ c guard/follow.c follow "first line" "last line" }} does the same for the core.
+QUOTE_OF_C = re.compile(r'^\{\{ c (?P<file>\S+) (?P<name>\w+)(?: "(?P<first>.+?)" "(?P<last>.+?)")? \}\}$', re.M)
 QUOTE = re.compile(r'^\{\{ code (?P<file>\S+) (?P<name>[\w.]+)(?: "(?P<first>.+?)" "(?P<last>.+?)")? \}\}$', re.M)
 EQUATION = re.compile(r'<(?P<tag>span|div) class="arithmatex">\s*\\[(\[](?P<latex>.*?)\\[)\]]\s*</(?P=tag)>', re.DOTALL)
 ACCENTS = {"^": "\u02c6", "\u02d9": "\u02d9", "\u00af": "\u00af", "\u02dc": "\u02dc"}
@@ -29,7 +32,7 @@ OPENING = ("(", "[", ",", "=", "<", "\u2264", "\u2265", "\u2248")
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Put quoted source code in."""
-    return QUOTE.sub(_quoted, markdown)
+    return QUOTE_OF_C.sub(_quoted_c, QUOTE.sub(_quoted, markdown))
 
 
 def on_page_content(html: str, page: Any, **_: Any) -> str:
@@ -112,6 +115,17 @@ def _quoted(match: re.Match[str]) -> str:
         shown = _between(lines[start - 1 : node.end_lineno], match["first"], match["last"], match[0])
     code = dedent("\n".join(shown)).strip("\n")
     return f'```python title="src/rumo/{match["file"]}"\n{code}\n```'
+
+
+def _quoted_c(match: re.Match[str]) -> str:
+    source = (CORE / match["file"]).read_text(encoding="utf-8")
+    found = re.search(rf"^(?:RARE )?static [^;=]*?\b{match['name']}\([^;]*?\) {{\n.*?^}}$", source, re.M | re.S)
+    if found is None:
+        raise PluginError(f"{match[0]}: {match['file']} has no {match['name']}")
+    lines = found[0].splitlines()
+    if match["first"]:
+        lines = _between(lines, match["first"], match["last"], match[0])
+    return f'```c title="core/src/{match["file"]}"\n{dedent(chr(10).join(lines))}\n```'
 
 
 def _definition(tree: ast.AST, name: str) -> Any:

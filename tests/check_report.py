@@ -4,7 +4,7 @@ import json
 import sys
 from pathlib import Path
 
-FIGURES = ["trajectory-first-2s", "trajectory", "wind", "torque", "steering-rate", "tracking-error"]
+FIGURES = ["trajectory-first-2s", "trajectory", "wind", "torque", "steering-rate", "tracking-error", "difference"]
 
 
 def check(folder: Path) -> None:
@@ -18,6 +18,7 @@ def check(folder: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert page.count('class="plotly-graph-div"') == len(FIGURES) + len(names)
     assert 'src="http' not in page, "the report must be self-contained"
+    assert len(page) < 2_000_000, len(page)
     rti, nlp = (summary["controllers"][name]["tracking_error_rms_after_2s_m"] for name in ("rti", "nlp"))
     assert rti <= 0.35, rti
     assert abs(rti / nlp - 1.0) <= 0.1, (rti, nlp)

@@ -4,10 +4,20 @@ import casadi as ca
 import numpy as np
 
 import rumo
+from rumo.controllers.engines.guarded import Guarded
+from rumo.controllers.engines.numpy import NumpyRti
 from rumo.references import SinePath
 from rumo.studies import PaperStudy
 from rumo.textbook import cart_pendulum, robertson_reactor, van_de_vusse_reactor
+from rumo.transcription import Transcription
 from rumo.vehicles import PAPER_CAR
+
+
+def reference_with(problem, optimize):
+    """The reference's real-time iteration with a QP solver of one's own."""
+    transcription, settings = Transcription(problem), rumo.Settings()
+    method = NumpyRti(transcription, settings, optimize)
+    return rumo.Controller(transcription, Guarded(method, settings, "reference"), settings)
 
 
 def pendulum(**changes):

@@ -1,344 +1,30 @@
-// The core for Python: arrays in, arrays out. The interpreter lock is released while the core works.
+// The core for Python: arrays in, arrays out.
 #include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
-#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <algorithm>
-#include <chrono>
-#include <cstring>
-#include <memory>
-#include <mutex>
 #include <string>
-#include <vector>
 
-#include "rumo_core.h"
+#include "controller.h"
+#include "guard.h"
+#include "qp.h"
 
-extern "C" {
-extern const rumo_api rumo_core_baseline;
-#ifdef RUMO_X86_VARIANTS
-extern const rumo_api rumo_core_v3;
-extern const rumo_api rumo_core_v4;
-#endif
-}
-
-namespace nb = nanobind;
 using namespace nb::literals;
-
-namespace {
-
-using Doubles = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
-using Ints = nb::ndarray<const int, nb::c_contig, nb::device::cpu>;
-
-// The fastest table of this build that the processor can run.
-const rumo_api *portable_table() {
-#ifdef RUMO_X86_VARIANTS
-    __builtin_cpu_init();
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq"))
-        return &rumo_core_v4;
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return &rumo_core_v3;
-#endif
-    return &rumo_core_baseline;
-}
-
-const rumo_api *table_at(std::uintptr_t address) {
-    const auto *table = address ? reinterpret_cast<const rumo_api *>(address) : portable_table();
-    if (table->version != RUMO_CORE_VERSION) throw nb::value_error("the tailored build belongs to another version");
-    return table;
-}
-
-// Contiguous doubles of a given length, without a copy where the argument already is that.
-class Vector {
-public:
-    Vector(nb::handle object, std::size_t length, const char *name, std::size_t last = 0) {
-        if (PyObject_GetBuffer(object.ptr(), &view_, PyBUF_C_CONTIGUOUS | PyBUF_FORMAT) != 0) nb::raise_python_error();
-        const bool doubles = view_.format && std::strcmp(view_.format, "d") == 0;
-        const bool shaped = last == 0 || (view_.ndim > 0 && static_cast<std::size_t>(view_.shape[view_.ndim - 1]) == last);
-        if (!doubles || !shaped || static_cast<std::size_t>(view_.len) != length * sizeof(double)) {
-            PyBuffer_Release(&view_);
-            throw nb::value_error((std::string(name) + ": expected " + std::to_string(length) + " doubles").c_str());
-        }
-    }
-    ~Vector() { PyBuffer_Release(&view_); }
-    Vector(const Vector &) = delete;
-    Vector &operator=(const Vector &) = delete;
-    const double *data() const { return static_cast<const double *>(view_.buf); }
-    double *writable() const { return static_cast<double *>(view_.buf); }
-
-private:
-    Py_buffer view_{};
-};
-
-// Reads the arrays of a description, and keeps them alive meanwhile.
-class Description {
-public:
-    explicit Description(nb::dict values) : values_(std::move(values)) {}
-    int number(const char *name) const { return nb::cast<int>(values_[name]); }
-    const double *doubles(const char *name) {
-        doubles_.push_back(nb::cast<Doubles>(values_[name]));
-        return doubles_.back().data();
-    }
-    const int *ints(const char *name) {
-        ints_.push_back(nb::cast<Ints>(values_[name]));
-        return ints_.back().data();
-    }
-    int length(const char *name) {
-        return static_cast<int>(nb::cast<Ints>(values_[name]).shape(0));
-    }
-    rumo_pattern pattern(const std::string &name) {
-        const auto rows = name + "_row", columns = name + "_column", first = name + "_first";
-        return {length(rows.c_str()), number(first.c_str()), ints(rows.c_str()), ints(columns.c_str())};
-    }
-
-private:
-    nb::dict values_;
-    std::vector<Doubles> doubles_;
-    std::vector<Ints> ints_;
-};
-
-rumo_problem problem_from(Description &d) {
-    rumo_problem p{};
-    p.sizes = {d.number("horizon"),     d.number("states"),     d.number("algebraic"), d.number("inputs"),
-               d.number("outputs"),     d.number("constraints"), d.number("parameters"), d.number("delay"),
-               d.number("inner"),       d.number("substeps"),   d.number("explicit_scheme"), d.number("blocks"),
-               d.number("slots")};
-    p.tape = {d.length("code"), d.number("registers"), d.ints("code"), d.doubles("constants")};
-    p.inner_tape = {d.length("inner_code"), d.number("inner_registers"), d.ints("inner_code"),
-                    d.doubles("inner_constants")};
-    p.fixed = d.doubles("fixed");
-    p.A0 = d.pattern("A0");
-    p.M = d.pattern("M");
-    p.B = d.pattern("B");
-    p.Cx = d.pattern("Cx");
-    p.Cu = d.pattern("Cu");
-    p.D = d.pattern("D");
-    p.E = d.pattern("E");
-    p.defect = d.number("defect_first");
-    p.y = d.number("y_first");
-    p.G = d.number("G_first");
-    p.elimination = {d.length("block_size"),    d.ints("block_size"),    d.ints("block_width"), d.ints("block_loads"),
-                     d.ints("block_updates"),   d.ints("block_stores"),  d.ints("block_unknowns"), d.ints("load"),
-                     d.ints("update"),          d.ints("store"),         d.length("result_row"), d.ints("result_row"),
-                     d.ints("result_column")};
-    p.composition = {d.length("composition_row"), d.ints("composition_row"),      d.ints("composition_column"),
-                     d.ints("composition_start"), d.ints("composition_own"), d.ints("composition_products"),
-                     d.ints("composition_product")};
-    p.shift = {d.ints("shift_stages"), d.doubles("shift_shares"), d.ints("shift_intervals"), d.number("shift_same_rows")};
-    p.blocking = {d.ints("blocking_block"), d.doubles("blocking_share"), d.doubles("blocking_part")};
-    p.inner_nodes = d.doubles("inner_nodes");
-    p.inner_signals = d.ints("inner_signals");
-    p.algebraic_guess = d.doubles("algebraic_guess");
-    p.output_weights = d.doubles("output_weights");
-    p.move_weights = d.doubles("move_weights");
-    p.input_scales = d.doubles("input_scales");
-    p.input_lower = d.doubles("input_lower");
-    p.input_upper = d.doubles("input_upper");
-    p.move_lower = d.doubles("move_lower");
-    p.move_upper = d.doubles("move_upper");
-    p.block_lower = d.doubles("block_lower");
-    p.block_upper = d.doubles("block_upper");
-    p.safe_input = d.doubles("safe_input");
-    p.constraint_scales = d.doubles("constraint_scales");
-    p.l1 = d.doubles("l1");
-    p.l2 = d.doubles("l2");
-    p.imposed = d.ints("imposed");
-    p.parameters = d.doubles("parameter_values");
-    return p;
-}
-
-rumo_settings settings_from(nb::dict d) {
-    return {nb::cast<int>(d["sqp_iterations"]),  nb::cast<int>(d["preparation_iterations"]),
-            nb::cast<double>(d["sqp_tolerance"]),
-            nb::cast<int>(d["qp_iterations"]),   nb::cast<double>(d["qp_tolerance"]),
-            nb::cast<double>(d["qp_seconds"]),   nb::cast<double>(d["gate_width"]),
-            nb::cast<int>(d["gate_patience"])};
-}
-
-class Controller {
-public:
-    Controller(std::uintptr_t table, nb::dict description, nb::dict settings) : api_(table_at(table)) {
-        Description d(description);
-        const rumo_problem problem = problem_from(d);
-        const rumo_settings chosen = settings_from(settings);
-        sizes_ = problem.sizes;
-        memory_ = std::make_unique<unsigned char[]>(api_->size(&problem));
-        core_ = api_->create(&problem, &chosen, memory_.get());
-        const auto &s = sizes_;
-        count_ = static_cast<std::size_t>(s.horizon * s.inputs + (s.horizon + 1) * s.states +
-                                          s.horizon * (s.constraints + s.algebraic) + RUMO_DIAGNOSTIC_COUNT);
-    }
-
-    void configure(nb::dict settings) {
-        const rumo_settings chosen = settings_from(settings);
-        Lock lock(*this);
-        api_->configure(core_, &chosen);
-    }
-
-    void reset() {
-        Lock lock(*this);
-        api_->reset(core_);
-        ready_ = false;
-    }
-
-    void start(nb::handle x) {
-        const Vector state(x, states(), "x");
-        Lock lock(*this);
-        api_->start(core_, state.data());
-        ready_ = false;
-    }
-
-    void set_applied(nb::handle inputs) {
-        const Vector values(inputs, decided(), "applied");
-        Lock lock(*this);
-        std::copy_n(values.data(), decided(), api_->applied(core_));
-    }
-
-    void set_parameters(nb::handle parameters) {
-        const Vector values(parameters, static_cast<std::size_t>(sizes_.horizon * sizes_.parameters), "parameters");
-        Lock lock(*this);
-        api_->set_parameters(core_, values.data());
-        ready_ = false;
-    }
-
-    void get_applied(nb::handle inputs) {
-        const Vector values(inputs, decided(), "applied");
-        Lock lock(*this);
-        std::copy_n(api_->applied(core_), decided(), values.writable());
-    }
-
-    std::vector<long long> counts() {
-        Lock lock(*this);
-        const long long *counts = api_->counts(core_);
-        return std::vector<long long>(counts, counts + RUMO_STATUS_COUNT);
-    }
-
-    void prepare() {
-        Lock lock(*this);
-        api_->prepare(core_);
-        ready_ = true;
-    }
-
-    bool ready() const { return ready_; }
-
-    // Both write the plan's numbers into an array; (status, cause, prepare, feedback, iterations, conflict or None).
-    nb::tuple feedback(nb::handle x, nb::handle reference, nb::handle numbers) {
-        return run(api_->feedback, x, reference, numbers);
-    }
-
-    nb::tuple step(nb::handle x, nb::handle reference, nb::handle numbers) {
-        return run(api_->step, x, reference, numbers);
-    }
-
-    // Runs recorded measurements (steps, nx) and references (steps, N + 1, ny); times (steps, 3) [s] of
-    // linearisation, of the preparation that it belongs to, and of feedback.
-    void replay(nb::handle x, nb::handle reference, nb::handle applied, nb::handle times, int steps) {
-        const auto count = static_cast<std::size_t>(steps);
-        const Vector states_in(x, count * states(), "x"), wanted(reference, count * window(), "reference");
-        const Vector decided_in(applied, count * decided(), "applied"), out(times, 3 * count, "times");
-        Lock lock(*this);
-        nb::gil_scoped_release release;
-        rumo_plan plan;
-        for (std::size_t i = 0; i < count; ++i) {
-            std::copy_n(decided_in.data() + i * decided(), decided(), api_->applied(core_));
-            api_->step(core_, states_in.data() + i * states(), wanted.data() + i * window(), &plan);
-            out.writable()[3 * i] = plan.linearize_seconds;
-            out.writable()[3 * i + 1] = plan.prepare_seconds;
-            out.writable()[3 * i + 2] = plan.feedback_seconds;
-        }
-        ready_ = false;
-    }
-
-private:
-    // Two threads may not be in one controller; waiting for the other must not hold the interpreter.
-    struct Lock {
-        explicit Lock(Controller &c) : lock_(c.mutex_, std::defer_lock) {
-            if (!lock_.try_lock()) {
-                nb::gil_scoped_release release;
-                lock_.lock();
-            }
-        }
-        std::unique_lock<std::mutex> lock_;
-    };
-
-    std::size_t states() const { return static_cast<std::size_t>(sizes_.states); }
-    std::size_t decided() const { return static_cast<std::size_t>(std::max(sizes_.delay, 1) * sizes_.inputs); }
-    std::size_t window() const { return static_cast<std::size_t>((sizes_.horizon + 1) * sizes_.outputs); }
-
-    nb::tuple run(void (*function)(rumo_controller *, const double *, const double *, rumo_plan *), nb::handle x,
-                  nb::handle reference, nb::handle numbers) {
-        const Vector state(x, states(), "x", states()), out(numbers, count_, "numbers");
-        const Vector wanted(reference, window(), "reference", static_cast<std::size_t>(sizes_.outputs));
-        rumo_plan plan;
-        {
-            Lock lock(*this);
-            nb::gil_scoped_release release;
-            function(core_, state.data(), wanted.data(), &plan);
-            std::copy_n(plan.numbers, count_, out.writable());
-            ready_ = false;
-        }
-        nb::object conflict = nb::none();
-        if (plan.conflicts > 0) conflict = nb::cast(std::vector<int>(plan.conflict, plan.conflict + plan.conflicts));
-        return nb::make_tuple(static_cast<int>(plan.status), static_cast<int>(plan.cause), plan.prepare_seconds,
-                              plan.feedback_seconds, plan.iterations, conflict);
-    }
-
-    const rumo_api *api_;
-    rumo_sizes sizes_{};
-    std::unique_ptr<unsigned char[]> memory_;
-    rumo_controller *core_ = nullptr;
-    std::size_t count_ = 0;
-    std::mutex mutex_;
-    bool ready_ = false;
-};
-
-// The QP solver by itself; keeps its working set from one call to the next.
-class Qp {
-public:
-    Qp(int variables, int rows) : api_(portable_table()), variables_(variables), rows_(rows) {
-        memory_ = std::make_unique<unsigned char[]>(api_->qp_size(variables, rows));
-    }
-
-    nb::tuple solve(nb::handle hessian, nb::handle gradient, nb::handle lower, nb::handle upper, nb::handle matrix,
-                    nb::handle row_lower, nb::handle row_upper, nb::handle l1, nb::handle l2, nb::dict settings,
-                    bool warm, nb::handle v, nb::handle multipliers) {
-        const auto n = static_cast<std::size_t>(variables_), m = static_cast<std::size_t>(rows_);
-        const Vector H(hessian, n * n, "hessian"), g(gradient, n, "gradient"), lb(lower, n, "lower"), ub(upper, n, "upper"),
-            A(matrix, m * n, "matrix"), lo(row_lower, m, "row_lower"), up(row_upper, m, "row_upper"), p1(l1, m, "l1"),
-            p2(l2, m, "l2"), out(v, n, "v"), mu(multipliers, n + m, "multipliers");
-        const rumo_qp_data data = {variables_, rows_,     H.data(),  g.data(),  lb.data(), ub.data(),
-                                   A.data(),   lo.data(), up.data(), p1.data(), p2.data()};
-        const rumo_settings chosen = settings_from(settings);
-        std::vector<int> conflict(n + m + 1);
-        rumo_qp_result result;
-        {
-            nb::gil_scoped_release release;
-            result = api_->qp_solve(&data, &chosen, warm && used_, memory_.get(), out.writable(), mu.writable(),
-                                    conflict.data());
-        }
-        used_ = true;
-        conflict.resize(static_cast<std::size_t>(result.conflicts));
-        return nb::make_tuple(static_cast<int>(result.status), result.iterations, result.seconds, result.factor_seconds,
-                              conflict);
-    }
-
-private:
-    const rumo_api *api_;
-    int variables_, rows_;
-    std::unique_ptr<unsigned char[]> memory_;
-    bool used_ = false;
-};
-
-} // namespace
 
 NB_MODULE(_core, module) {
     module.attr("VERSION") = RUMO_CORE_VERSION;
+    module.attr("GATE_STAGES") = RUMO_GATE_STAGES;
+    module.attr("STRAYED") = RUMO_STRAYED;
+    module.attr("SLACK_TOLERANCE") = RUMO_SLACK_TOLERANCE;
+    module.attr("TABLES") = tables();
     module.def("build", [](std::uintptr_t table) { return std::string(table_at(table)->build); }, "table"_a = 0);
     nb::class_<Controller>(module, "Controller")
         .def(nb::init<std::uintptr_t, nb::dict, nb::dict>(), "table"_a, "description"_a, "settings"_a)
         .def("configure", &Controller::configure)
+        .def("update", &Controller::update)
         .def("reset", &Controller::reset)
         .def("start", &Controller::start)
+        .def("engage", &Controller::engage)
         .def("set_applied", &Controller::set_applied)
         .def("set_parameters", &Controller::set_parameters)
         .def("get_applied", &Controller::get_applied)
@@ -348,6 +34,23 @@ NB_MODULE(_core, module) {
         .def("feedback", &Controller::feedback)
         .def("step", &Controller::step)
         .def("replay", &Controller::replay);
+    nb::class_<Guard>(module, "Guard")
+        .def(nb::init<nb::dict, nb::dict>(), "values"_a, "settings"_a)
+        .def("configure", &Guard::configure)
+        .def("update", &Guard::update)
+        .def("reset", &Guard::reset)
+        .def("set_applied", &Guard::set_applied)
+        .def("get_applied", &Guard::get_applied)
+        .def("counts", &Guard::counts)
+        .def("rest", &Guard::rest)
+        .def("drop", &Guard::drop)
+        .def("admit", &Guard::admit, "x"_a, "reference"_a, "count"_a, "reach"_a.none())
+        .def("follow", &Guard::follow, "u"_a.none(), "x"_a.none(), "inner"_a.none(), "cause"_a)
+        .def("plan", &Guard::plan)
+        .def_prop_ro("has_guess", [](const Guard &guard) { return guard.state().has_guess != 0; })
+        .def_prop_ro("resting", [](const Guard &guard) { return guard.state().resting != 0; })
+        .def_prop_ro("surprised", [](const Guard &guard) { return guard.state().surprised != 0; })
+        .def_prop_ro("inputs_left", [](const Guard &guard) { return guard.state().inputs_left; });
     nb::class_<Qp>(module, "Qp")
         .def(nb::init<int, int>(), "variables"_a, "rows"_a)
         .def("solve", &Qp::solve, "hessian"_a, "gradient"_a, "lower"_a, "upper"_a, "matrix"_a, "row_lower"_a,

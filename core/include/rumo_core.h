@@ -13,7 +13,12 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 2
+#define RUMO_CORE_VERSION 3
+
+/* What the failure policy goes by; methods outside the core read these too. */
+#define RUMO_GATE_STAGES 15       /* over which the gate asks how far a state can go: over a long horizon, anywhere */
+#define RUMO_STRAYED 0.03         /* a guess farther from the dynamics than this share of what the inputs can do has strayed */
+#define RUMO_SLACK_TOLERANCE 1e-6 /* a constraint counts as violated above this share of its scale */
 
 /* What a step came to; the order is that of rumo.Status. */
 typedef enum rumo_status {
@@ -81,111 +86,7 @@ typedef enum rumo_operation {
     RUMO_OPERATION_COUNT
 } rumo_operation;
 
-/* A straight-line program that computes the terms of one substep from its arguments: 0 the state at its end, 1 the one
- * at its beginning, 2 inputs, 3 parameters, 4 its other unknowns (algebraic variables at the end, then inner ones). */
-typedef struct rumo_tape {
-    int length;
-    int registers;
-    const int *code;         /* (length, 4): operation, result, a, b */
-    const double *constants; /* (length,) */
-} rumo_tape;
-
-/* A sparse matrix sorted by rows; entry e is term first + e of a stage. */
-typedef struct rumo_pattern {
-    int count, first;
-    const int *row, *column; /* (count,) */
-} rumo_pattern;
-
-/* How the unknowns w of a substep are solved for, M dw = A0 dx + B du + defect, block by block of M in triangular order.
- *
- * A block's work is a dense matrix (size, size + width + 1): its part of M, then those columns of (A0, B, defect) that
- * reach it, then the unit of the row. The result [A | B | c] is sparse, entry by entry.
- */
-typedef struct rumo_elimination {
-    int blocks;
-    const int *size, *width, *loads, *updates, *stores; /* (blocks,): the last three count entries */
-    const int *unknowns;                                /* (nw,): the unknowns of each block in turn */
-    const int *load;                                    /* (sum, 2): slot, place in the work */
-    const int *update;                                  /* (sum, 3): slot of M, entry of the result, place */
-    const int *store;                                   /* (sum, 2): place, entry of the result */
-    int entries;
-    const int *row, *column; /* (entries,): of the result, sorted by rows; column nx + nu is c */
-} rumo_elimination;
-
-/* How the maps of substeps become that of their interval; no entries where there is but one.
- *
- * Entry e of the interval's map [A | B | c] is the substep's entry own[e] (-1: none) in its columns of B and c, plus the
- * sum over `products[e]` pairs of the substep's entry and the entry of the map so far.
- */
-typedef struct rumo_composition {
-    int entries;
-    const int *row, *column; /* (entries,): sorted by rows, of states and algebraic variables at the end */
-    const int *start;        /* (entries,): the substep's entry at the same place, with which the map starts; -1: none */
-    const int *own, *products;
-    const int *product;      /* (sum, 2) */
-} rumo_composition;
-
-typedef struct rumo_sizes {
-    int horizon, states, algebraic, inputs, outputs, constraints, parameters, delay;
-    int inner;           /* unknowns of a substep besides states and algebraic variables at its end */
-    int substeps;        /* of an interval */
-    int explicit_scheme; /* the end of a substep follows from its beginning: there are no other unknowns */
-    int blocks;          /* of intervals with one free input each: N - delay where every interval has its own */
-    int slots;
-} rumo_sizes;
-
-/* Where the intervals of the next sample's horizon lie on this one's. */
-typedef struct rumo_shift {
-    const int *stages;     /* (N + 1,): the stage before, */
-    const double *shares;  /* and how far towards the next, as a share; beyond 1 at the end */
-    const int *intervals;  /* (N,): in whose time the middle lies */
-    int same_rows;         /* whether all lie one interval later: then constraints do as well */
-} rumo_shift;
-
-/* Inputs held over several intervals: that of interval k is share times its block's value, and the rest of the value of
- * the block before, which is the last input decided for the first block. */
-typedef struct rumo_blocking {
-    const int *block;    /* (N,) */
-    const double *share; /* (N,) */
-    const double *part;  /* (N,): of an interval's input in the value that stands for its block */
-} rumo_blocking;
-
-/* The problem in raw units. Infinite limits and infinite l1 (a hard row) are allowed. */
-typedef struct rumo_problem {
-    rumo_sizes sizes;
-    rumo_tape tape, inner_tape;               /* of the last substep, and of those before, without y, G, Cx .. E */
-    const double *fixed;                      /* (slots,): terms that are constant; NaN where a tape computes */
-    rumo_pattern A0, M, B, Cx, Cu, D, E;      /* of a stage, by (x, z) at the end: Cx, D */
-    int y, G, defect;                         /* first terms of the vectors; all terms: y, G, defect, A0, M, B, Cx .. E */
-    rumo_elimination elimination;
-    rumo_composition composition;
-    rumo_shift shift;
-    rumo_blocking blocking;
-    const int *inner_signals;                 /* (unknowns of an interval but its state,): as a position in (x, z), */
-    const double *inner_nodes;                /* and the share of the interval at which they lie */
-    const double *algebraic_guess;            /* (nz,) */
-    const double *output_weights;             /* (N, ny) */
-    const double *move_weights;               /* (blocks, nu) */
-    const double *input_scales;               /* (nu,) */
-    const double *input_lower, *input_upper;  /* (nu,) */
-    const double *move_lower, *move_upper;    /* (nu,): from interval to interval, */
-    const double *block_lower, *block_upper;  /* (blocks, nu): and from block to block */
-    const double *safe_input;                 /* (nu,) */
-    const double *constraint_scales, *l1, *l2; /* (nc,) */
-    const int *imposed;                       /* (N, nc) */
-    const double *parameters;                 /* (N, np) */
-} rumo_problem;
-
-typedef struct rumo_settings {
-    int sqp_iterations;
-    int preparation_iterations; /* on the predicted state, before the measurement is known */
-    double sqp_tolerance;
-    int qp_iterations;     /* changes of the working set per QP */
-    double qp_tolerance;   /* of a row, in units of the inputs' ranges */
-    double qp_seconds;     /* time for a QP; infinite for none */
-    double gate_width;     /* of the innovation gate; infinite for none */
-    int gate_patience;     /* consistent implausible samples before they are believed */
-} rumo_settings;
+#include "rumo_tables.h" /* rumo_sizes, rumo_settings, rumo_problem and its parts */
 
 /* What the last of a plan's numbers say; NaN where nothing was solved. */
 typedef enum rumo_diagnostic {
@@ -196,19 +97,65 @@ typedef enum rumo_diagnostic {
     RUMO_DIAGNOSTIC_COUNT
 } rumo_diagnostic;
 
+/* A limit: of which kind, at which stage (1 .. N), of which input or constraint. */
+typedef enum rumo_limit { RUMO_INPUT_BOUND, RUMO_MOVE_BOUND, RUMO_PATH_CONSTRAINT } rumo_limit;
+
+typedef struct rumo_conflict {
+    rumo_limit kind;
+    int stage, index;
+} rumo_conflict;
+
 /* What a step returns; the arrays belong to the controller and stay until its next call. */
 typedef struct rumo_plan {
     const double *numbers; /* u (N, nu), x (N + 1, nx), path constraints as linearised (N, nc), z (N, nz), diagnostics */
     int count;
     rumo_status status, cause;
     int iterations;            /* of the QP solver */
-    const int *conflict;       /* rows that cannot hold together, if the QP was infeasible: of the */
-    int conflicts;             /* free inputs bounds, their increments if limited, path constraints */
+    const rumo_conflict *conflict; /* limits that cannot hold together, if there is no solution; */
+    int conflicts;                 /* how many */
     double prepare_seconds, feedback_seconds;
-    double linearize_seconds; /* of the preparation, until the guess is linearised and its unknowns eliminated; NAN without one */
+    double linearize_seconds; /* of the preparation, until the guess is linearised and its unknowns eliminated; NAN if not */
 } rumo_plan;
 
 typedef struct rumo_controller rumo_controller;
+
+/* What can be wrong with a problem. */
+typedef enum rumo_error {
+    RUMO_FINE,
+    RUMO_TOO_SMALL,
+    RUMO_TOO_LARGE,
+    RUMO_MISSING,
+    RUMO_NOT_FINITE,
+    RUMO_NOT_POSITIVE,
+    RUMO_NEGATIVE,
+    RUMO_NO_LIMIT, /* not a number, or infinite on the wrong side */
+    RUMO_CROSSED,  /* a lower limit above its upper one */
+    RUMO_NO_REST,  /* limits of moves that forbid to stay */
+    RUMO_OUT_OF_RANGE,
+    RUMO_OUT_OF_ORDER,
+    RUMO_ERROR_COUNT
+} rumo_error;
+
+/* The first thing that is wrong: which member of which part (of the problem itself: ""), and at what index (of an array). */
+typedef struct rumo_fault {
+    rumo_error error;
+    const char *part, *member;
+    int index;
+} rumo_fault;
+
+/* The failure policy by itself: what is applied whatever a solver came to. */
+typedef struct rumo_guard rumo_guard;
+
+/* What a guard has to say after a step; the arrays belong to it and stay until its next call. */
+typedef struct rumo_guard_state {
+    int has_guess; /* whether the next solution may start from the plan one sample later, or from a state at rest, */
+    int resting;   /* and that it is the latter */
+    int surprised; /* whether the last sample was believed against the prediction */
+    int inputs_left; /* of the plan, to be followed without a solution */
+    const double *u, *x, *inner;                /* the plan: (N, nu), (N + 1, nx), (N, unknowns of an interval) */
+    const double *next_u, *next_x, *next_inner; /* the same one sample later; NULL without a plan */
+} rumo_guard_state;
+
 
 typedef struct rumo_qp_data {
     int variables, rows;
@@ -233,19 +180,48 @@ typedef struct rumo_api {
     size_t (*size)(const rumo_problem *);
     rumo_controller *(*create)(const rumo_problem *, const rumo_settings *, void *memory);
     void (*configure)(rumo_controller *, const rumo_settings *);
+    /* Other numbers between two samples; arrays that are NULL stay. Where one is wrong, nothing changes. Bounds and limits
+     * hold from the next feedback on, all others from the next preparation; plan and guess are kept. */
+    rumo_fault (*update)(rumo_controller *, const rumo_numbers *);
     void (*reset)(rumo_controller *);
     /* Guess of a state at rest, with the last input decided. */
     void (*start)(rumo_controller *, const double *x);
+    /* Guess of a trajectory of the caller's: states (N + 1, nx), inputs (N, nu). */
+    void (*engage)(rumo_controller *, const double *x, const double *u);
     /* Parameters (N, np) from the next preparation on; after a reset they are the problem's. */
     void (*set_parameters)(rumo_controller *, const double *);
     double *(*applied)(rumo_controller *); /* (max(delay, 1), nu), oldest first; may be written to */
     long long *(*counts)(rumo_controller *); /* (RUMO_STATUS_COUNT,) steps by status since the last reset */
+    int (*prepared)(const rumo_controller *); /* whether a preparation has been made for the next feedback */
     void (*prepare)(rumo_controller *);
     /* The plan for a measurement x (nx,) and the wanted outputs (N + 1, ny), from now on. */
     void (*feedback)(rumo_controller *, const double *x, const double *reference, rumo_plan *);
     /* Both, with a guess at rest where there is none. */
     void (*step)(rumo_controller *, const double *x, const double *reference, rumo_plan *);
-    /* Not in a tailored build. A QP by itself: memory of qp_size bytes; v (n,), multipliers (n + rows,), conflict (n + rows,).
+    const char *(*error_text)(rumo_error); /* in words that follow the name of a member */
+    /* All that follows is in the portable builds only. Whether a problem is one that create() can be handed, and settings. */
+    rumo_fault (*check)(const rumo_problem *);
+    rumo_fault (*check_settings)(const rumo_settings *);
+    /* A guard by itself, in memory of guard_size bytes; of the settings it looks at the gate's. */
+    rumo_fault (*guard_check)(const rumo_guard_data *);
+    size_t (*guard_size)(const rumo_guard_data *);
+    rumo_guard *(*guard_create)(const rumo_guard_data *, const rumo_settings *, void *memory);
+    void (*guard_configure)(rumo_guard *, const rumo_settings *);
+    rumo_fault (*guard_update)(rumo_guard *, const rumo_bounds *); /* as update */
+    void (*guard_reset)(rumo_guard *);
+    double *(*guard_applied)(rumo_guard *);
+    long long *(*guard_counts)(rumo_guard *);
+    /* The next solution starts from a state at rest, with the inputs u (N, nu); or there is no guess. */
+    void (*guard_rest)(rumo_guard *, double *u);
+    void (*guard_drop)(rumo_guard *);
+    /* Whether a measurement and all that is wanted (count,) can be used: OPTIMAL, or why not. `reach` (nx,): how far all
+     * inputs can move each state over the next stages, NULL where not known. */
+    rumo_status (*guard_admit)(rumo_guard *, const double *x, const double *reference, int count, const double *reach);
+    /* Apply a candidate (u NULL: none) that came with *cause, else the plan before, else the safe input; returns the status of
+     * what is applied. The cause becomes SOLVER_FAILED where a solution is none. */
+    rumo_status (*guard_follow)(rumo_guard *, const double *u, const double *x, const double *inner, rumo_status *cause);
+    void (*guard_state)(const rumo_guard *, rumo_guard_state *);
+    /* A QP by itself: memory of qp_size bytes; v (n,), multipliers (n + rows,), conflict (n + rows,).
      * With a working set kept from a former call in the same memory (warm), it starts there. */
     size_t (*qp_size)(int variables, int rows);
     rumo_qp_result (*qp_solve)(const rumo_qp_data *, const rumo_settings *, int warm, void *memory, double *v,

@@ -2,65 +2,46 @@
 #ifndef RUMO_CONTROLLER_H
 #define RUMO_CONTROLLER_H
 
+#include "rumo_core.h"
+
+#include "base/dims.h"
+#include "guard/guard.h"
+#include "stages/stages.h"
+#include "solve/dense/dense.c"
+
+/* The solver of this build. */
+#define SOLVER dense_solver
+typedef dense solver_memory;
+
 struct rumo_controller {
     dims s;
     rumo_problem problem;
     rumo_settings settings;
+    stage_maps stages;       /* the guess, and the horizon linearised there */
+    solver_memory solver;
+    stage_step step;         /* from the guess, as solved for; its constraints are the plan's */
+    rumo_guard guard;        /* what is applied, whatever happened, and whether there is a guess */
 
-    int has_guess, resting;  /* where the next step linearises; a guess at rest need not satisfy the dynamics */
-    int has_previous;        /* the last plan, one sample later: what is followed without a solution */
-    int prepared, inputs_left;
-    double *applied;                    /* (max(d, 1), nu), oldest first */
-    double *guess_x, *guess_u;          /* (N + 1, nx), (N, nu) */
-    double *guess_values;               /* (nb, nu): of its blocks; the end of guess_u where there are none */
-    double *guess_rest;                 /* constraints, z, diagnostics of the iteration before, see attempt() */
-    double *last_reference;             /* (N + 1, ny): wanted at the sample before, one sample on */
+    double *numbers;         /* of the plan */
+    double *inner;           /* (ni, lanes): its other unknowns of the intervals, see inner.c */
+    double *guess_rest;      /* constraints, z, diagnostics of the iteration before, see attempt() */
+    int prepared;
+    double *last_reference;  /* (N + 1, ny): wanted at the sample before, one sample on */
     int has_reference;
-    double *previous_x, *previous_u;
-    double *numbers;                    /* of the plan */
-    double *inner, *guess_inner, *previous_inner; /* (ni, lanes): other unknowns of the intervals, see inner.c */
-    long long counts[RUMO_STATUS_COUNT];
-    int implausible, repeats;           /* samples in a row that the gate has held back, and why */
-    int changes, has_last;              /* plausible samples that differed from the one before, up to GATE_CHANGES */
-    double *suspect, *last_x;           /* (nx,): the last implausible and the last plausible sample */
-    int blameless;                      /* a guess at rest has failed too: the shifted plan is not to blame */
-
-    double *x_lanes, *u_lanes, *p_lanes, *registers, *terms, *work; /* see tape.c, eliminate.c */
-    double *results;                    /* (m, entries, lanes): maps of the substeps; of the last one if explicit */
-    double *maps, *other_maps;          /* (entries, lanes): of the intervals, see compose.c; results if m = 1 */
-    double *on_the_way;                 /* (nx, lanes): state that an explicit scheme has come to */
-    double *zeros;                      /* (lanes,) or (nu,), whichever is longer */
-    double *dx_lanes, *du_lanes;        /* (nx, lanes), (nu, lanes): see expand_inner() */
-    double *unit;                       /* (nw,): in which pivots compare */
-    int balanced, *block_of;
-    sparse map, of_unknowns, Cx, Cu, D, E; /* rows of the intervals' maps and of the substeps' */
-    const int *map_row;
-    int *end_of_A;                      /* (rows,): where the entries of A end in each row of a map */
-    condensed c;
-    int *imposed_now;                   /* (N nc,) */
-    qp q;
-    double *dx;                         /* (N + 1, ldx) */
-    double *du;                         /* (N, nu) */
-    double *constraints;                /* (N nc,): path constraints if the inputs stay with the guess */
-    double *gradient, *best, *other;    /* (ld,) */
-    double last_step;                   /* largest |v| of the iteration before, NaN if there was none */
-    double straying;                    /* of the last guess linearised about, see straying() */
-    int settled;                        /* whether guesses have satisfied the dynamics since the last one at rest */
+    double last_step;        /* largest change of a free input in the iteration before, NaN if there was none */
+    double straying;         /* of the last guess linearised about, see straying() */
+    int settled;             /* whether guesses have satisfied the dynamics since the last one at rest */
     double prepare_seconds, linearize_seconds, linearized_at;
 };
 
-static inline double *plan_u(const rumo_controller *c) { return c->numbers; }
-static inline double *plan_x(const rumo_controller *c) { return c->numbers + c->s.N * c->s.nu; }
-static inline double *plan_constraints(const rumo_controller *c) { return plan_x(c) + (c->s.N + 1) * c->s.nx; }
-static inline double *plan_z(const rumo_controller *c) { return plan_constraints(c) + c->s.N * c->s.nc; }
-static inline double *plan_diagnostics(const rumo_controller *c) { return plan_z(c) + c->s.N * c->s.nz; }
+static inline double *plan_u(const rumo_controller *ctl) { return ctl->numbers; }
+static inline double *plan_x(const rumo_controller *ctl) { return ctl->numbers + ctl->s.N * ctl->s.nu; }
+static inline double *plan_constraints(const rumo_controller *ctl) { return plan_x(ctl) + (ctl->s.N + 1) * ctl->s.nx; }
+static inline double *plan_z(const rumo_controller *ctl) { return plan_constraints(ctl) + ctl->s.N * ctl->s.nc; }
+static inline double *plan_diagnostics(const rumo_controller *ctl) { return plan_z(ctl) + ctl->s.N * ctl->s.nz; }
 
 /* Numbers of a plan, and those after u and x. */
 static inline int rest_of_plan(const dims *s) { return s->N * (s->nc + s->nz) + RUMO_DIAGNOSTIC_COUNT; }
 static inline int size_of_plan(const dims *s) { return s->N * s->nu + (s->N + 1) * s->nx + rest_of_plan(s); }
-
-static inline double *results_of(const rumo_controller *c, int substep) {
-    return c->results + (c->s.explicit_scheme ? 0 : (ptrdiff_t)substep * c->problem.elimination.entries * c->s.lanes);
-}
 
 #endif

@@ -6,63 +6,30 @@
  *   RUMO_TAILORED  with RUMO_SIZES, the members of rumo_sizes, and RUMO_EVALUATE, a file that defines evaluate() and
  *                  evaluate_inner() of tape.c for one model
  */
-#if !defined(_WIN32) && !defined(_POSIX_C_SOURCE)
-#define _POSIX_C_SOURCE 200809L
-#endif
+#include "base/system.h"
 
 #include "rumo_core.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
-#include <time.h>
-
-#ifdef _WIN32
-#define WIN32_LEAN_AND_MEAN
-#include <windows.h>
-#undef near /* left over from other times */
-#undef far
-#endif
-
-static double seconds_now(void) {
-#ifdef _WIN32
-    LARGE_INTEGER count, frequency;
-    QueryPerformanceCounter(&count);
-    QueryPerformanceFrequency(&frequency);
-    return (double)count.QuadPart / (double)frequency.QuadPart;
-#else
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-#endif
-}
-
-#include "lanes.h"
-#include "elementary.h"
-#include "arena.h"
-#include "tape.c"
-#ifdef RUMO_TAILORED
-#include RUMO_EVALUATE
-#endif
-#include "eliminate.c"
-#include "compose.c"
-#include "condense.c"
-#include "rows.c"
-#include "working_set.c"
-#include "refinement.c"
-#include "qp.c"
-#include "controller.h"
-#include "inner.c"
-#include "policy.c"
 #include "set_up.c"
-#include "linearize.c"
-#include "iterate.c"
 #include "step.c"
 #ifndef RUMO_TAILORED
-#include "program.c"
-#else
+#include "check.c"
+#include "guard/alone.c"
+#include "solve/active_set/program.c"
+#else /* what a build for one problem has no use for: the portable one has it */
+#define check_problem NULL
 #define program_size NULL
 #define solve_program NULL
+#define check_guard_data NULL
+#define guard_size NULL
+#define create_guard NULL
+#define update_guard NULL
+#define guard_applied NULL
+#define guard_counts NULL
+#define admit NULL
+#define drop_guess NULL
+#define follow_candidate NULL
+#define guard_state NULL
 #endif
 
 #ifndef RUMO_TABLE
@@ -80,7 +47,38 @@ static double seconds_now(void) {
 extern RUMO_EXPORT const rumo_api RUMO_TABLE;
 
 RUMO_EXPORT const rumo_api RUMO_TABLE = {
-    RUMO_CORE_VERSION, RUMO_BUILD,     controller_size, create_controller, configure, reset_controller,
-    start_guess,       set_parameters, applied_inputs,  status_counts,     prepare,   feedback,
-    step,              program_size,   solve_program,
+    RUMO_CORE_VERSION,
+    RUMO_BUILD,
+    controller_size,
+    create_controller,
+    configure,
+    update_numbers,
+    reset_controller,
+    start_guess,
+    engage,
+    set_parameters,
+    applied_inputs,
+    status_counts,
+    is_prepared,
+    prepare,
+    feedback,
+    step,
+    error_text,
+    check_problem,
+    check_settings,
+    check_guard_data,
+    guard_size,
+    create_guard,
+    configure_guard,
+    update_guard,
+    reset_guard,
+    guard_applied,
+    guard_counts,
+    rest,
+    drop_guess,
+    admit,
+    follow_candidate,
+    guard_state,
+    program_size,
+    solve_program,
 };

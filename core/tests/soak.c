@@ -68,8 +68,8 @@ static void choose_applied(run *r) {
     if (chance(0.03))
         for (int i = 0; i < decided; ++i) {
             const int j = i % nu;
-            const double reach = 2.0 * p->input_scales[j];
-            applied[i] = clip(uniform(-reach, reach), p->input_lower[j], p->input_upper[j]);
+            const double reach = 2.0 * p->numbers.input_scales[j];
+            applied[i] = clip(uniform(-reach, reach), p->numbers.bounds.input_lower[j], p->numbers.bounds.input_upper[j]);
         }
     if (chance(0.005)) applied[below(decided)] = chance(0.5) ? 1e3 * uniform(-1.0, 1.0) : wild[below(WILD)];
     copy(r->told, applied, decided);
@@ -81,17 +81,19 @@ static int is_within(double x, double lower, double upper, double tolerance) {
 
 static void check_inputs(const run *r) {
     const rumo_problem *p = r->f->problem;
+    const rumo_bounds *bounds = &p->numbers.bounds;
     const int nu = p->sizes.inputs, d = p->sizes.delay, decided = decided_of(&p->sizes);
     const double *u = r->plan.numbers, *last = r->told + decided - nu;
     CHECK(memcmp(u, r->told, (size_t)(d * nu) * sizeof *u) == 0, "%s: inputs already decided", r->f->name);
     for (int k = d; k < p->sizes.horizon; ++k)
         for (int j = 0; j < nu; ++j) {
+            const double *lower = bounds->input_lower + j, *upper = bounds->input_upper + j;
             const double now = u[k * nu + j], before = k > d ? u[(k - 1) * nu + j] : last[j];
-            CHECK(isfinite(now) && is_within(now, p->input_lower[j], p->input_upper[j], 0.0),
+            CHECK(isfinite(now) && is_within(now, lower[k * nu], upper[k * nu], 0.0),
                   "%s: input %d is %g at %d", r->f->name, j, now, k);
             /* From outside of the bounds, the way back may be longer than a move. */
-            if (is_within(before, p->input_lower[j], p->input_upper[j], 0.0))
-                CHECK(is_within(now - before, p->move_lower[j], p->move_upper[j], 1e-12 * p->input_scales[j]),
+            if (is_within(before, lower[k * nu], upper[k * nu], 0.0))
+                CHECK(is_within(now - before, bounds->move_lower[j], bounds->move_upper[j], 1e-12 * p->numbers.input_scales[j]),
                       "%s: move of input %d is %g at %d", r->f->name, j, now - before, k);
         }
     const double *applied = rumo_core.applied(r->c);
@@ -99,7 +101,7 @@ static void check_inputs(const run *r) {
     CHECK(memcmp(applied + decided - nu, u + d * nu, (size_t)nu * sizeof *u) == 0, "%s: applied", r->f->name);
 }
 
-static void check_numbers(const run *r, int solved) {
+static void check_values(const run *r, int solved) {
     const rumo_problem *p = r->f->problem;
     const int nx = p->sizes.states, nc = p->sizes.constraints, N = p->sizes.horizon;
     const double *x = r->plan.numbers + N * p->sizes.inputs, *constraints = x + (N + 1) * nx;
@@ -122,7 +124,7 @@ static void check_numbers(const run *r, int solved) {
     for (int i = 0; i < N * nc; ++i) {
         CHECK(isnan(constraints[i]) == !solved, "%s: constraint %g of status %d", r->f->name, constraints[i],
               (int)status);
-        violated |= solved && p->imposed[i] && constraints[i] > 1e-6 * p->constraint_scales[i % nc];
+        violated |= solved && p->imposed[i] && constraints[i] > 1e-6 * p->numbers.constraint_scales[i % nc];
     }
     if (status == RUMO_OPTIMAL) CHECK(!violated, "%s: optimal, but violated", r->f->name);
     if (status == RUMO_SOFT_VIOLATED) CHECK(violated, "%s: not violated", r->f->name);
@@ -144,8 +146,11 @@ static void check_outcome(run *r) {
           "%s: %d iterations", r->f->name, plan->iterations);
     CHECK(plan->conflicts >= 0 && plan->conflicts <= rows, "%s: %d conflicts", r->f->name, plan->conflicts);
     for (int i = 0; i < plan->conflicts; ++i)
-        CHECK(plan->conflict[i] >= 0 && plan->conflict[i] < rows, "%s: row %d in conflict", r->f->name,
-              plan->conflict[i]);
+        CHECK(plan->conflict[i].stage > s->delay && plan->conflict[i].stage <= s->horizon && plan->conflict[i].index >= 0 &&
+                  plan->conflict[i].index <
+                      (plan->conflict[i].kind == RUMO_PATH_CONSTRAINT ? s->constraints : s->inputs),
+              "%s: %d of kind %d at stage %d in conflict", r->f->name, plan->conflict[i].index,
+              (int)plan->conflict[i].kind, plan->conflict[i].stage);
     r->unsolved = solved ? 0 : r->unsolved + 1;
     if (r->unsolved > s->horizon - s->delay - 1)
         CHECK(plan->status == RUMO_PLAN_EXHAUSTED, "%s: %d steps with one plan", r->f->name, r->unsolved);
@@ -153,7 +158,7 @@ static void check_outcome(run *r) {
     ++r->all[plan->status];
     CHECK(memcmp(r->counts, rumo_core.counts(r->c), sizeof r->counts) == 0, "%s: counts", r->f->name);
     check_inputs(r);
-    check_numbers(r, solved);
+    check_values(r, solved);
 }
 
 /* After a reset and a good sample, all is as it was recorded at the beginning. */

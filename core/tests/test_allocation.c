@@ -66,6 +66,7 @@ static void drive(const fixture *f, const rumo_settings *settings) {
         if (i % 50 == 49) rumo_core.reset(c);
         if (i % 40 == 39) rumo_core.start(c, x);
         rumo_core.configure(c, settings);
+        rumo_core.update(c, &f->problem->numbers);
         armed = 0;
     }
 }

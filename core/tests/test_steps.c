@@ -10,7 +10,7 @@ static double difference(const rumo_problem *p, const double *a, const double *b
     const rumo_sizes *s = &p->sizes;
     const int counts[4] = {s->horizon, s->horizon + 1, s->horizon, s->horizon};
     const int widths[4] = {s->inputs, s->states, s->constraints, s->algebraic};
-    const double *const sizes[4] = {p->input_scales, NULL, p->constraint_scales, NULL};
+    const double *const sizes[4] = {p->numbers.input_scales, NULL, p->numbers.constraint_scales, NULL};
     double worst = 0.0;
     for (int part = 0; part < 4; ++part) {
         for (int j = 0; j < widths[part]; ++j) {

@@ -5,12 +5,15 @@ from typing import TYPE_CHECKING, Any
 
 from rumo.controllers import (
     Controller,
+    ControllerSettings,
     DirectNlp,
     InnovationGate,
     LinearTimeVarying,
-    NlpOptions,
+    LtvSettings,
+    NlpSettings,
     QpOptions,
     RealTimeIteration,
+    Settings,
 )
 from rumo.discretization import (
     Bdf2,
@@ -25,7 +28,16 @@ from rumo.discretization import (
     Sdirk2,
     Trapezoidal,
 )
-from rumo.errors import ArgumentError, CallOrderError, PlantError, RumoError, ShapeError, UnknownNameError
+from rumo.errors import (
+    ArgumentError,
+    CallOrderError,
+    FrozenError,
+    PlantError,
+    RumoError,
+    ShapeError,
+    UnknownAttributeError,
+    UnknownNameError,
+)
 from rumo.grid import Grid, IncrementBlocks, InputBlocks, MoveBlocks
 from rumo.model import Algebraic, Model, Output, Parameter
 from rumo.plan import Plan
@@ -35,20 +47,33 @@ from rumo.terms import Bounds, Constraint, Penalty, Weight
 from rumo.version import __version__
 
 if TYPE_CHECKING:
+    from rumo.estimation import Butterworth, ExtendedKalman
     from rumo.report.show import show
-    from rumo.simulation.loop import simulate
+    from rumo.simulation import faults
+    from rumo.simulation.loop import ClosedLoop
+    from rumo.simulation.plant import Plant
+    from rumo.simulation.recorder import Recorder
+    from rumo.simulation.run import simulate
+    from rumo.simulation.sample import Sample
+    from rumo.simulation.scenario import Scenario
+    from rumo.simulation.sensors import Sensors
 
 __all__ = [
     "Algebraic",
     "ArgumentError",
     "Bdf2",
     "Bounds",
+    "Butterworth",
     "CallOrderError",
+    "ClosedLoop",
     "Constraint",
     "Controller",
+    "ControllerSettings",
     "DirectNlp",
     "Discretization",
     "ExplicitEuler",
+    "ExtendedKalman",
+    "FrozenError",
     "Gauss2",
     "Grid",
     "ImplicitEuler",
@@ -57,34 +82,55 @@ __all__ = [
     "InnovationGate",
     "InputBlocks",
     "LinearTimeVarying",
+    "LtvSettings",
     "Model",
     "MoveBlocks",
-    "NlpOptions",
+    "NlpSettings",
     "Output",
     "Parameter",
     "Penalty",
     "Plan",
+    "Plant",
     "PlantError",
     "Problem",
     "QpOptions",
     "Radau2",
     "Radau3",
     "RealTimeIteration",
+    "Recorder",
     "Rk4",
     "RumoError",
+    "Sample",
+    "Scenario",
     "Sdirk2",
+    "Sensors",
+    "Settings",
     "ShapeError",
     "Status",
     "Trapezoidal",
+    "UnknownAttributeError",
     "UnknownNameError",
     "Weight",
     "__version__",
+    "faults",
     "show",
     "simulate",
 ]
 
 # A controller alone needs neither SciPy nor a plotting library.
-_LAZY = {"simulate": "rumo.simulation.loop", "show": "rumo.report.show"}
+_LAZY = {
+    "Butterworth": "rumo.estimation",
+    "ClosedLoop": "rumo.simulation",
+    "ExtendedKalman": "rumo.estimation",
+    "Plant": "rumo.simulation",
+    "Recorder": "rumo.simulation",
+    "Sample": "rumo.simulation",
+    "Scenario": "rumo.simulation",
+    "Sensors": "rumo.simulation",
+    "faults": "rumo.simulation",
+    "show": "rumo.report.show",
+    "simulate": "rumo.simulation",
+}
 
 
 def __getattr__(name: str) -> Any:

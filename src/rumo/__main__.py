@@ -1,5 +1,5 @@
 """`python -m rumo` is the command `rumo`."""
 
-from rumo.cli import app
+from rumo.cli import main
 
-app(prog_name="rumo")
+main()

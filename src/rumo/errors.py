@@ -10,6 +10,14 @@ from typing import Any
 class RumoError(Exception):
     """Base class of every error that Rumo raises on purpose."""
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Exceptions pickle as a call with the message, which is not what their constructors take.
+        return _restored, (type(self), self.args), vars(self)
+
+
+def _restored(kind: type[RumoError], arguments: tuple[Any, ...]) -> RumoError:
+    return kind.__new__(kind, *arguments)
+
 
 class ArgumentError(RumoError, ValueError):
     """An argument has a value that cannot work.
@@ -45,6 +53,14 @@ class UnknownNameError(ArgumentError):
         hint = f"Did you mean {close[0]!r}?" if close else cure
         expected = "one of " + ", ".join(names) if names else "nothing: no name exists here"
         super().__init__(argument, repr(name), expected, hint)
+
+
+class UnknownAttributeError(UnknownNameError, AttributeError):
+    """An attribute that an object does not have."""
+
+
+class FrozenError(RumoError, AttributeError):
+    """Something that stays as it is was to be changed."""
 
 
 class CallOrderError(RumoError, RuntimeError):

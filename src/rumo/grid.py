@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rumo.checks import as_list, positive_number, whole_number
+from rumo.checks import as_list, checked, positive_number, whole_number
+from rumo.errors import ArgumentError
 from rumo.signals import Array
 
 
@@ -145,3 +146,35 @@ class IncrementBlocks(MoveBlocks):
         parts = np.zeros(sum(self.lengths))
         parts[np.cumsum(self.lengths) - 1] = 1.0
         return parts
+
+
+def stages_of(grid: Grid | None, horizon: int, sampling_time: float, delay: int) -> tuple[Array, Array]:
+    """Length of each interval and time of each stage [s]."""
+    if grid is None:
+        return np.full(horizon, sampling_time), sampling_time * np.arange(horizon + 1)
+    steps = np.array(grid.steps)
+    ahead = steps[: delay + 1]
+    if not np.allclose(ahead, sampling_time, rtol=1e-9, atol=0.0):
+        raise ArgumentError(
+            "horizon",
+            f"a grid that begins with steps of {', '.join(f'{step:g}' for step in ahead)} s",
+            f"{len(ahead)} of the sampling time, {sampling_time:g} s",
+            "Inputs of the first intervals are applied for a sampling time each: see Grid.geometric(equal=...).",
+        )
+    steps[: delay + 1] = sampling_time
+    return steps, np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def blocks_of(blocks: MoveBlocks | None, horizon: int, delay: int) -> MoveBlocks:
+    """The blocks of all intervals whose input is free; one for each if none are given."""
+    free = horizon - delay
+    if blocks is None:
+        return InputBlocks([1] * free)
+    blocks = checked(blocks, "blocks", MoveBlocks, "Write rumo.InputBlocks([1, 1, 2, 4]).")
+    if sum(blocks.lengths) != free:
+        raise ArgumentError(
+            "blocks",
+            f"{sum(blocks.lengths)} intervals in all",
+            f"{free}: the horizon of {horizon} without the delay of {delay}",
+        )
+    return blocks

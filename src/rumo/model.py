@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,9 +10,8 @@ import casadi as ca
 
 from rumo.checks import checked_items
 from rumo.errors import ArgumentError, UnknownNameError
+from rumo.expressions import as_scalar, called
 from rumo.signals import Array, NamedSymbols, Signals, Values
-
-COMPARISONS = (ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_NOT, ca.OP_AND, ca.OP_OR)
 
 Expression = Callable[[NamedSymbols, NamedSymbols, NamedSymbols], Any]
 
@@ -135,6 +133,24 @@ class Model:
         guesses = {key: item.guess for key, item in algebraic.items()}
         self.algebraic_guess: Array = self.algebraic.finite_vector(guesses, "algebraic guesses")
 
+        self._make_symbols()
+        derivatives = called(dynamics, self.symbols, "dynamics")
+        if not isinstance(derivatives, Mapping):
+            raise ArgumentError("dynamics", type(derivatives).__name__, "a mapping from state to time derivative")
+        for key in derivatives:
+            self.states.index(key, "dynamics")
+        missing = [state for state in self.states if state not in derivatives]
+        if missing:
+            raise ArgumentError("dynamics", f"no derivative of {', '.join(missing)}", "one for each state")
+        rows = [self.scalar(derivatives[state], f"dynamics[{state!r}]") for state in self.states]
+        equations = [self.written(item.equation, f"algebraic[{key!r}].equation") for key, item in algebraic.items()]
+        self._reject_undetermined(equations)
+        arguments, names = [self.xz, self.u, self.p], ["x", "u", "p"]
+        self.f = ca.Function("f", arguments, [ca.vertcat(*rows)], names, ["xdot"])
+        self.g = ca.Function("g", arguments, [ca.vertcat(ca.SX(0, 1), *equations)], names, ["residual"])
+        self._outputs = {key: self.written(item.expression, f"outputs[{key!r}]") for key, item in outputs.items()}
+
+    def _make_symbols(self) -> None:
         self.x, self.z, self.u, self.p = (
             ca.SX.sym(symbol, len(signals))
             for symbol, signals in (
@@ -145,25 +161,24 @@ class Model:
             )
         )
         self.xz = ca.vertcat(self.x, self.z)
-        derivatives = dynamics(*self.symbols)
-        if not isinstance(derivatives, Mapping):
-            raise ArgumentError("dynamics", type(derivatives).__name__, "a mapping from state to time derivative")
-        for key in derivatives:
-            self.states.index(key, "dynamics")
-        missing = [state for state in self.states if state not in derivatives]
-        if missing:
-            raise ArgumentError("dynamics", f"no derivative of {', '.join(missing)}", "one for each state")
-        rows = [self.scalar(derivatives[state], f"dynamics[{state!r}]") for state in self.states]
-        equations = [
-            self.scalar(item.equation(*self.symbols), f"algebraic[{key!r}].equation") for key, item in algebraic.items()
-        ]
-        self._reject_undetermined(equations)
-        arguments, names = [self.xz, self.u, self.p], ["x", "u", "p"]
-        self.f = ca.Function("f", arguments, [ca.vertcat(*rows)], names, ["xdot"])
-        self.g = ca.Function("g", arguments, [ca.vertcat(ca.SX(0, 1), *equations)], names, ["residual"])
-        self._outputs = {
-            key: self.scalar(item.expression(*self.symbols), f"outputs[{key!r}]") for key, item in outputs.items()
-        }
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = {name: value for name, value in vars(self).items() if name not in ("x", "z", "u", "p", "xz")}
+        return state | {"_outputs": self.packed(self._outputs.values())}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._make_symbols()
+        self._outputs = dict(zip(self.outputs, self.unpacked(state["_outputs"]), strict=True))
+
+    def packed(self, expressions: Iterable[Any]) -> Any:
+        """Scalar expressions of the model's symbols as a function, which can be pickled: symbols cannot."""
+        return ca.Function("packed", [self.xz, self.u, self.p], [ca.vertcat(ca.SX(0, 1), *expressions)])
+
+    def unpacked(self, function: Any) -> list[Any]:
+        """The expressions that were packed, of this model's symbols."""
+        expressions = function(self.xz, self.u, self.p)
+        return [expressions[i] for i in range(function.size1_out(0))]
 
     @property
     def symbols(self) -> tuple[NamedSymbols, NamedSymbols, NamedSymbols]:
@@ -187,12 +202,12 @@ class Model:
             return self.z[self.algebraic.index(name)]
         if name in self._outputs:
             return self._outputs[name]
-        raise UnknownNameError(
-            argument,
-            name,
-            (*self.states, *self.algebraic, *self.outputs),
-            "Add it to the model's outputs if it is an expression.",
-        )
+        cure = "Add it to the model's outputs if it is an expression."
+        if name in self.inputs:
+            cure = (
+                f'Inputs are no outputs by themselves: outputs={{"...": rumo.Output(..., lambda x, u, p: u.{name})}}.'
+            )
+        raise UnknownNameError(argument, name, (*self.states, *self.algebraic, *self.outputs), cure)
 
     def jacobian(self) -> Any:
         """`(xz, u, p) -> J` (nx, nx), the derivative of xdot by x, algebraic variables eliminated."""
@@ -213,18 +228,13 @@ class Model:
         """Parameter values (np_,), finite, defaults where a mapping leaves one out."""
         return self.parameters.finite_vector(values, argument, self.default_parameters)
 
+    def written(self, function: Expression, argument: str) -> Any:
+        """`function(x, u, p)` of the model's symbols as a scalar; anything else raises, naming `argument`."""
+        return self.scalar(called(function, self.symbols, argument), argument)
+
     def scalar(self, expression: Any, argument: str) -> Any:
         """`expression` as a 1 x 1 SX of x, u and p only; anything else raises, naming `argument`."""
-        try:
-            result = ca.SX(expression)
-        except (NotImplementedError, TypeError, RuntimeError):  # what CasADi raises for text, lists, MX
-            raise ArgumentError(argument, repr(expression), "a CasADi SX expression or a number") from None
-        if result.shape != (1, 1):
-            raise ArgumentError(argument, f"an expression of shape {result.shape}", "a scalar expression")
-        if any(result.is_op(comparison) for comparison in COMPARISONS):
-            raise ArgumentError(
-                argument, f"the comparison {result}", "an expression with a value", "Write x - 1.0 for x <= 1.0."
-            )
+        result = as_scalar(expression, argument)
         foreign = [s.name() for s in ca.symvar(result) if not any(ca.is_equal(s, own) for own in self._own_symbols())]
         if foreign:
             raise ArgumentError(
@@ -233,11 +243,6 @@ class Model:
                 "an expression of the states, inputs and parameters",
                 "Declare it as a parameter of the model.",
             )
-        function = ca.Function("expression", [self.xz, self.u, self.p], [result])
-        steps = range(function.n_instructions())
-        constants = [function.instruction_constant(k) for k in steps if function.instruction_id(k) == ca.OP_CONST]
-        if not all(map(math.isfinite, constants)):
-            raise ArgumentError(argument, f"{result} with NaN or infinity in it", "finite numbers")
         return result
 
     def depends(self, expression: Any) -> bool:

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rumo.kernel import SLACK_TOLERANCE
 from rumo.problem import Problem
 from rumo.signals import Array, NamedArray
 from rumo.status import Status
-
-# A constraint counts as violated above this share of its scale.
-SLACK_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -95,9 +93,9 @@ class PlanLayout:
     Inputs (N, nu), states (N + 1, nx), path constraints (N, nc), algebraic variables (N, nz), diagnostics (4,).
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, integrator_tolerance: float = INTEGRATOR_TOLERANCE) -> None:
         self.problem = problem
-        self.integrator_tolerance = INTEGRATOR_TOLERANCE
+        self.integrator_tolerance = integrator_tolerance
         N, model = problem.horizon, problem.model
         self.shapes = (
             (N, len(model.inputs)),
@@ -152,28 +150,28 @@ class Plan:
         return self._numbers[self._layout.parts[index]].reshape(self._layout.shapes[index])
 
     @property
-    def command(self) -> NamedArray:
+    def command(self) -> NamedArray[float]:
         """The input to apply `delay` samples after the measurement (nu,); always finite and within bounds."""
         problem = self._layout.problem
         return NamedArray(problem.model.inputs, self._part(0)[problem.delay])
 
     @property
-    def u(self) -> NamedArray:
+    def u(self) -> NamedArray[Array]:
         """Inputs of the horizon (N, nu); the first `delay` are those already decided, then comes the command."""
         return NamedArray(self._layout.problem.model.inputs, self._part(0))
 
     @property
-    def x(self) -> NamedArray:
+    def x(self) -> NamedArray[Array]:
         """Predicted states (N + 1, nx), the measurement first; NaN where nothing was predicted."""
         return NamedArray(self._layout.problem.model.states, self._part(1))
 
     @property
-    def z(self) -> NamedArray:
+    def z(self) -> NamedArray[Array]:
         """Predicted algebraic variables at stages 1 to N (N, nz); NaN where nothing was predicted."""
         return NamedArray(self._layout.problem.model.algebraic, self._part(3))
 
     @property
-    def constraints(self) -> NamedArray:
+    def constraints(self) -> NamedArray[Array]:
         """Path constraints at stages 1 to N (N, nc), violated above 0.
 
         As linearised where the controller linearises; NaN where nothing was solved.
@@ -181,7 +179,7 @@ class Plan:
         return NamedArray(self._layout.problem.constraint_names, self._part(2))
 
     @property
-    def slacks(self) -> NamedArray:
+    def slacks(self) -> NamedArray[Array]:
         """Amount by which each path constraint is violated at stages 1 to N (N, nc); NaN where nothing was solved."""
         return NamedArray(self._layout.problem.constraint_names, np.maximum(self._part(2), 0.0))
 

@@ -3,32 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import as_mapping, as_numbers, checked, checked_items, positive_number, whole_number
-from rumo.errors import ArgumentError, ShapeError, UnknownNameError
-from rumo.grid import Grid, InputBlocks, MoveBlocks
+from rumo.checks import as_mapping, checked, checked_items, positive_number, whole_number
+from rumo.draft import Draft
+from rumo.errors import ArgumentError, FrozenError
+from rumo.grid import Grid, MoveBlocks, blocks_of, stages_of
 from rumo.model import Model
+from rumo.numbers import PathConstraint, ProblemNumbers, path_constraints
+from rumo.sealed import Sealed
 from rumo.signals import Array, Signals
-from rumo.terms import Bounds, BoundsLike, Constraint, Penalty, Weight, as_bounds, check_penalty
+from rumo.structure import Structure, limited_moves, rows_of
+from rumo.terms import BoundsLike, Constraint, Penalty, Weight
 
 
-@dataclass(frozen=True)
-class PathConstraint:
-    """A constraint as the transcription sees it: one row `G <= 0`, in a unit, of a typical size `scale`."""
+class _Number:
+    """An array of `Problem.numbers` under its own name."""
 
-    name: str
-    unit: str
-    scale: float
-    row: Any
-    penalty: Penalty | None
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, problem: Any, owner: type | None = None) -> Array:
+        return self if problem is None else getattr(problem.numbers, self._name)  # pyright: ignore[reportReturnType]
 
 
-class Problem:
+class Problem(Sealed):
     """Optimal control problem over a moving horizon.
 
     Minimises, over the free inputs `u_d ... u_{N-1}` with d = `delay`,
@@ -40,13 +42,11 @@ class Problem:
     model : Model
         What is controlled.
     horizon : int or Grid
-        Number N of intervals of one sampling time each, or intervals of other lengths, of which the first d + 1 are one
-        sampling time long.
+        Number N of intervals of one sampling time each, or others, of which the first d + 1 are that long.
     sampling_time : float
         Time from one sample to the next [s].
     track : mapping of str to Weight
-        Weight of the error of each tracked state or output; at the end of an interval twice as long as a sampling time
-        it counts twice.
+        Weight of the error of each tracked state or output; after an interval of two sampling times it counts twice.
     moves : mapping of str to Weight
         Positive weight of each input's increment; every input has one, which makes the problem strictly convex.
     bounds : mapping of str to Bounds or (lower, upper), optional
@@ -70,14 +70,27 @@ class Problem:
         N.
     steps, times : ndarray, shapes (N,), (N + 1,)
         Length of each interval, and time of each stage from now [s].
-    parameters : ndarray, shape (N, np_)
-        Their values on each interval.
+    numbers : ProblemNumbers
+        All that `changed` can change; its arrays are attributes of the problem too, such as `parameters` (N, np_).
+    constraints : tuple of PathConstraint
+        Path constraints given by expressions, then the bounds of states.
 
     Raises
     ------
     ArgumentError
         On any value that cannot work; the message names argument, value and cure.
     """
+
+    numbers: ProblemNumbers
+    constraints: tuple[PathConstraint, ...]
+    output_weights = _Number()
+    move_weights = _Number()
+    input_scales = _Number()
+    move_lower = _Number()
+    move_upper = _Number()
+    constraint_scales = _Number()
+    safe_input = _Number()
+    parameters = _Number()
 
     def __init__(
         self,
@@ -103,18 +116,17 @@ class Problem:
             raise ArgumentError(
                 "delay", str(delay), f"less than the horizon of {self.horizon}", "Otherwise no input is left to choose."
             )
-        self.steps, self.times = self._stages(horizon if isinstance(horizon, Grid) else None)
-        self.blocks = self._blocks(blocks)
+        grid = horizon if isinstance(horizon, Grid) else None
+        self.steps, self.times = stages_of(grid, self.horizon, self.sampling_time, self.delay)
+        self.blocks = blocks_of(blocks, self.horizon, self.delay)
 
         track = checked_items(track, "track", Weight, "rumo.Weight(1.0, range=...)")
         moves = checked_items(moves, "moves", Weight, "rumo.Weight(1.0, range=...)")
         if not track:
-            raise ArgumentError("track", "nothing", "at least one state or output to track")
-        self.output_rows = [model.expression(name, "track") for name in track]
+            known = ", ".join((*model.states, *model.algebraic, *model.outputs))
+            raise ArgumentError("track", "nothing", f"at least one of {known}", "Write {name: rumo.Weight(1.0)}.")
+        self.output_rows = tuple(model.expression(name, "track") for name in track)
         self.outputs = Signals({name: model.unit(name) for name in track}, "tracked outputs")
-        self.output_weights = np.column_stack([self._weight(track[name], f"track[{name!r}]") for name in track])
-        self.output_weights *= self.steps[:, None] / self.sampling_time
-
         for name in moves:
             model.inputs.index(name, "moves")
         for name in model.inputs:
@@ -122,51 +134,143 @@ class Problem:
                 raise ArgumentError(
                     "moves", f"no weight for {name!r}", "a positive weight for each input", "Add rumo.Weight(...)."
                 )
-        self.move_weights = np.column_stack(
-            [self._weight(moves[name], f"moves[{name!r}]", positive=True) for name in model.inputs]
+        bounds, move_bounds = as_mapping(bounds, "bounds"), as_mapping(move_bounds, "move_bounds")
+        constraints = checked_items(constraints, "constraints", Constraint, "rumo.Constraint(lambda x, u, p: ...)")
+        self._structure = Structure(
+            model=model,
+            shares=self.steps / self.sampling_time,
+            delay=self.delay,
+            outputs=self.outputs,
+            output_rows=self.output_rows,
+            rows=rows_of(model, self.horizon, bounds, constraints),
+            limited=limited_moves(model, move_bounds),
         )
-        weights = [as_numbers(weight.value, "weight") for weight in (*track.values(), *moves.values())]
-        self.cost_scale = max(float(weight.max()) for weight in weights)
-        self.input_scales = np.array([moves[name].range for name in model.inputs], dtype=float)
+        self.constraint_names = Signals({row.name: row.unit for row in self._structure.rows}, "constraints")
+        draft = Draft(self._structure)
+        for weights, argument in ((track, "track"), (moves, "moves")):
+            for name, weight in weights.items():
+                draft.span(name, weight.range, f"{argument}[{name!r}].range")
+                draft.weigh(name, weight.value, f"{argument}[{name!r}]")
+        for name, value in move_bounds.items():
+            draft.bound_moves(name, value, f"move_bounds[{name!r}]")
+        for name, value in bounds.items():
+            draft.bound(name, value, f"bounds[{name!r}]")
+        for name, constraint in constraints.items():
+            draft.limit(name, constraint.limit, f"constraints[{name!r}].limit")
+            draft.penalise(name, constraint.penalty, f"constraints[{name!r}].penalty")
+        draft.choose_safe_input(as_mapping(safe_input, "safe_input"))
+        draft.set_parameters(as_mapping(parameters, "parameters"))
+        self._take(draft.finished())
+        _protect(self)
 
-        bounds = as_mapping(bounds, "bounds")
-        for name in bounds:
-            if name not in model.states and name not in model.algebraic and name not in model.inputs:
-                raise UnknownNameError(
-                    "bounds",
-                    name,
-                    (*model.inputs, *model.states, *model.algebraic),
-                    "Bound anything else by constraints=.",
-                )
-        on_states = {name: as_bounds(bounds[name], f"bounds[{name!r}]") for name in bounds if name not in model.inputs}
-        on_inputs = {name: bounds[name] for name in bounds if name in model.inputs}
-        self.input_lower, self.input_upper = self._input_limits(on_inputs, "bounds")
-        self.move_lower, self.move_upper = self._input_limits(as_mapping(move_bounds, "move_bounds"), "move_bounds")
-        for i, name in enumerate(model.inputs):
-            if not self.move_lower[i] <= 0.0 <= self.move_upper[i]:
-                raise ArgumentError(
-                    f"move_bounds[{name!r}]",
-                    f"({self.move_lower[i]:g}, {self.move_upper[i]:g})",
-                    "an interval that contains 0",
-                    "An input must be allowed to stay where it is.",
-                )
+    def changed(
+        self,
+        *,
+        weights: Mapping[str, ArrayLike] | None = None,
+        ranges: Mapping[str, float] | None = None,
+        bounds: Mapping[str, BoundsLike] | None = None,
+        move_bounds: Mapping[str, BoundsLike] | None = None,
+        limits: Mapping[str, ArrayLike] | None = None,
+        penalties: Mapping[str, Penalty | None] | None = None,
+        safe_input: Mapping[str, float] | None = None,
+        parameters: Mapping[str, ArrayLike] | None = None,
+    ) -> Problem:
+        """The same problem with other numbers; nothing is built anew, and what is not named stays.
 
-        self.constraints = self._path_constraints(
-            on_states, checked_items(constraints, "constraints", Constraint, "rumo.Constraint(lambda x, u, p: ...)")
+        Parameters
+        ----------
+        weights : mapping of str to float or sequence of float, length N
+            Of tracked outputs and of inputs' moves.
+        ranges : mapping of str to float
+            Of the same.
+        bounds : mapping of str to Bounds or (lower, upper)
+            Of inputs, and of states that were made with such a bound; a pair leaves a state's penalty as it is. Each
+            may be N numbers: for a state at stages 1 to N, for an input on intervals 1 to N.
+        move_bounds : mapping of str to Bounds or (lower, upper)
+            Of inputs whose moves were bounded when the problem was made.
+        limits : mapping of str to float or sequence of float, length N
+            Of constraints given by expressions.
+        penalties : mapping of str to Penalty or None
+            Of constraints, and of states for both of their bounds; None makes them hard.
+        safe_input : mapping of str to float
+            See `Problem`.
+        parameters : mapping of str to float or sequence of float, length N
+            See `Problem`.
+
+        Raises
+        ------
+        ArgumentError
+            On any value that cannot work, as when a problem is made.
+        """
+        draft = Draft(self._structure, self.numbers)
+        entries = (
+            ("weights", weights, draft.weigh),
+            ("ranges", ranges, draft.span),
+            ("bounds", bounds, draft.bound),
+            ("move_bounds", move_bounds, draft.bound_moves),
+            ("limits", limits, draft.limit),
+            ("penalties", penalties, draft.penalise),
         )
-        self.constraint_names = Signals({item.name: item.unit for item in self.constraints}, "constraints")
-        self.constraint_scales = np.array([item.scale for item in self.constraints])
-        self.safe_input = self._safe_input(as_mapping(safe_input, "safe_input"))
-        self.parameters = self.parameter_table(as_mapping(parameters, "parameters"))
-        # Controllers build on these numbers once; a change would reach some and not others.
-        for value in vars(self).values():
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
+        for argument, values, enter in entries:
+            for name, value in as_mapping(values, argument).items():
+                enter(name, value, f"{argument}[{name!r}]")
+        draft.choose_safe_input(as_mapping(safe_input, "safe_input"))
+        draft.set_parameters(as_mapping(parameters, "parameters"))
+        other = object.__new__(type(self))
+        vars(other).update(vars(self))
+        other._take(draft.finished())
+        return other
+
+    def _take(self, numbers: ProblemNumbers) -> None:
+        vars(self)["numbers"] = numbers
+        vars(self)["constraints"] = path_constraints(self._structure, numbers)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if self._constructed and not name.startswith("_") and name in set(self._known()):
+            raise FrozenError(
+                f"Problem.{name} cannot be set. Write problem.changed(weights=..., bounds=...) for a problem with "
+                "other numbers; what is no number needs a new Problem."
+            )
+        super().__setattr__(name, value)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name not in ("constraints", "output_rows")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        vars(self)["output_rows"] = self._structure.output_rows
+        self._take(state["numbers"])
+        _protect(self)
+
+    @property
+    def input_lower(self) -> Array:
+        """Lower bounds of the inputs that hold on every interval (nu,)."""
+        return self.numbers.input_lower.max(axis=0)
+
+    @property
+    def input_upper(self) -> Array:
+        """Upper bounds of the inputs that hold on every interval (nu,)."""
+        return self.numbers.input_upper.min(axis=0)
+
+    @property
+    def cost_scale(self) -> float:
+        """The largest weight as given."""
+        return self.numbers.cost_scale
 
     @property
     def uniform(self) -> bool:
         """Whether all intervals are one sampling time long."""
         return bool((self.steps == self.sampling_time).all())
+
+    @property
+    def block_bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of each block's input (nb, nu): those of all intervals that it has a share in."""
+        intervals, blocks = np.nonzero(self.blocks.matrix[:, 1:])
+        lower = np.full((len(self.blocks.lengths), len(self.model.inputs)), -np.inf)
+        upper = -lower
+        np.maximum.at(lower, blocks, self.numbers.input_lower[self.delay :][intervals])
+        np.minimum.at(upper, blocks, self.numbers.input_upper[self.delay :][intervals])
+        return lower, upper
 
     @property
     def block_move_weights(self) -> Array:
@@ -181,127 +285,14 @@ class Problem:
         largest = np.maximum.reduceat(self.blocks.moves(), self.blocks.first)[:, None]
         return self.move_lower / largest, self.move_upper / largest
 
-    def parameter_table(self, values: Mapping[str, ArrayLike], argument: str = "parameters") -> Array:
-        """Parameter values (N, np_), finite, defaults where `values` leaves one out."""
-        table = np.tile(self.model.default_parameters, (self.horizon, 1))
-        for name, value in values.items():
-            column, numbers = self.model.parameters.index(name, argument), as_numbers(value, f"{argument}[{name!r}]")
-            if numbers.shape not in ((), (self.horizon,)):
-                raise ShapeError(
-                    f"{argument}[{name!r}]",
-                    f"shape {numbers.shape}",
-                    f"one number, or {self.horizon}: one for each interval of the horizon",
-                )
-            if not np.isfinite(numbers).all():
-                raise ArgumentError(f"{argument}[{name!r}]", str(numbers.tolist()), "a finite number")
-            table[:, column] = numbers
-        return table
-
-    def _stages(self, grid: Grid | None) -> tuple[Array, Array]:
-        """Length of each interval and time of each stage [s]."""
-        if grid is None:
-            return np.full(self.horizon, self.sampling_time), self.sampling_time * np.arange(self.horizon + 1)
-        steps = np.array(grid.steps)
-        ahead = steps[: self.delay + 1]
-        if not np.allclose(ahead, self.sampling_time, rtol=1e-9, atol=0.0):
-            raise ArgumentError(
-                "horizon",
-                f"a grid that begins with steps of {', '.join(f'{step:g}' for step in ahead)} s",
-                f"{len(ahead)} of the sampling time, {self.sampling_time:g} s",
-                "Inputs of the first intervals are applied for a sampling time each: see Grid.geometric(equal=...).",
-            )
-        steps[: self.delay + 1] = self.sampling_time
-        return steps, np.concatenate([[0.0], np.cumsum(steps)])
-
-    def _blocks(self, blocks: MoveBlocks | None) -> MoveBlocks:
-        free = self.horizon - self.delay
-        if blocks is None:
-            return InputBlocks([1] * free)
-        blocks = checked(blocks, "blocks", MoveBlocks, "Write rumo.InputBlocks([1, 1, 2, 4]).")
-        if sum(blocks.lengths) != free:
-            raise ArgumentError(
-                "blocks",
-                f"{sum(blocks.lengths)} intervals in all",
-                f"{free}: the horizon of {self.horizon} without the delay of {self.delay}",
-            )
-        return blocks
-
-    def _weight(self, weight: Weight, argument: str, *, positive: bool = False) -> Array:
-        """Stage weights (N,), divided by the squared range."""
-        span = positive_number(weight.range, f"{argument}.range")
-        values = as_numbers(weight.value, argument)
-        if values.ndim == 0:
-            values = np.full(self.horizon, float(values))
-        if values.shape != (self.horizon,):
-            raise ShapeError(
-                argument, f"{values.size} weights", f"one weight, or {self.horizon}: one for each stage of the horizon"
-            )
-        if not np.all(np.isfinite(values)) or np.any(values < 0.0) or (positive and np.any(values <= 0.0)):
-            kind = "positive" if positive else "non-negative"
-            raise ArgumentError(argument, f"weight {weight.value!r}", f"{kind} finite numbers")
-        return values / span**2
-
-    def _input_limits(self, bounds: Mapping[str, BoundsLike], argument: str) -> tuple[Array, Array]:
-        inputs = self.model.inputs
-        lower, upper = np.full(len(inputs), -np.inf), np.full(len(inputs), np.inf)
-        for name, value in bounds.items():
-            i, bound = inputs.index(name, argument), as_bounds(value, f"{argument}[{name!r}]")
-            if bound.penalty is not None:
-                raise ArgumentError(
-                    f"{argument}[{name!r}]",
-                    "a penalty on an input",
-                    "hard bounds for inputs",
-                    "Actuators have hard limits; remove the penalty.",
-                )
-            lower[i], upper[i] = bound.lower, bound.upper
-        return lower, upper
-
-    def _path_constraints(
-        self, bounds: Mapping[str, Bounds], constraints: Mapping[str, Constraint]
-    ) -> tuple[PathConstraint, ...]:
-        rows: list[PathConstraint] = []
-        for name, constraint in constraints.items():
-            argument = f"constraints[{name!r}]"
-            if not callable(constraint.expression):
-                raise ArgumentError(argument, repr(constraint.expression), "a function (x, u, p) -> expression")
-            check_penalty(constraint.penalty, f"{argument}.penalty")
-            row = self.model.scalar(constraint.expression(*self.model.symbols), argument)
-            if not self.model.depends(row):
-                raise ArgumentError(
-                    argument, f"{row}, which neither states nor inputs change", "an expression of states or inputs"
-                )
-            rows.append(PathConstraint(name, "1", 1.0, row, constraint.penalty))
-        for name, bound in bounds.items():
-            check_penalty(bound.penalty, f"bounds[{name!r}].penalty")
-            state, unit = self.model.expression(name, "bounds"), self.model.unit(name)
-            limits = [abs(limit) for limit in (bound.lower, bound.upper) if np.isfinite(limit)]
-            width = sum(limits) if bound.lower < 0.0 < bound.upper else max(limits, default=0.0)
-            scale = width or 1.0
-            if np.isfinite(bound.upper):
-                rows.append(PathConstraint(f"{name}_upper", unit, scale, state - bound.upper, bound.penalty))
-            if np.isfinite(bound.lower):
-                rows.append(PathConstraint(f"{name}_lower", unit, scale, bound.lower - state, bound.penalty))
-        names = [row.name for row in rows]
-        for name in constraints:
-            if names.count(name) > 1:
-                raise ArgumentError(f"constraints[{name!r}]", "a name that a state bound uses", "another name")
-        return tuple(rows)
-
-    def _safe_input(self, values: Mapping[str, float]) -> Array:
-        inputs = self.model.inputs
-        zero = np.clip(np.zeros(len(inputs)), self.input_lower, self.input_upper)
-        safe = inputs.finite_vector(values, "safe_input", zero)
-        for i, name in enumerate(inputs):
-            if not self.input_lower[i] <= safe[i] <= self.input_upper[i]:
-                raise ArgumentError(
-                    f"safe_input[{name!r}]",
-                    f"{safe[i]:g}",
-                    f"a value within the bounds ({self.input_lower[i]:g}, {self.input_upper[i]:g})",
-                )
-        return safe
-
     def __repr__(self) -> str:
         return (
             f"Problem({self.model.name}: horizon {self.horizon} x {self.sampling_time:g} s, delay {self.delay}, "
             f"{len(self.constraints)} path constraints)"
         )
+
+
+def _protect(problem: Problem) -> None:
+    for value in vars(problem).values():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False

@@ -1,4 +1,4 @@
-"""From a CasADi function to a tape that the C core runs."""
+"""From CasADi functions to tapes that the C core runs."""
 
 from __future__ import annotations
 
@@ -7,8 +7,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from rumo.kernel.description import MATRICES, VECTORS, StageProgram
 from rumo.kernel.tape import OPERATIONS, Tape
 from rumo.problem import Problem
+from rumo.transcription import Transcription
+
+OF_ENDS = ("y", "Cx", "Cu", "G", "D", "E")
+"""Terms that only the end of an interval has."""
 
 _NAMES = {
     "constant": "OP_CONST",
@@ -27,7 +32,7 @@ def missing_operation(problem: Problem) -> str | None:
     """An operation of a problem's model, outputs or constraints that the core lacks; None if it has them all."""
     model = problem.model
     arguments = model.xz, model.u, model.p
-    rows = [*problem.output_rows, *(constraint.row for constraint in problem.constraints)]
+    rows = [*problem.output_rows, *(constraint.expression for constraint in problem.constraints)]
     function = ca.Function("model", arguments, [ca.vertcat(model.f(*arguments), model.g(*arguments), *rows)])
     for i in range(function.n_instructions()):
         if function.instruction_id(i) not in _CODES:
@@ -55,3 +60,35 @@ def record(function: Any) -> Tape:
             row = (function.instruction_output(i)[0], operands[0], operands[1] if len(operands) > 1 else operands[0])
         code[i] = (operation, *row)
     return Tape(code, constants, max(function.sz_w(), 1))
+
+
+def stage_program(transcription: Transcription) -> StageProgram:
+    """The linearised substep for the C core, whose operations must be known to it."""
+    entries: list[Any] = []
+    first: dict[str, int] = {}
+    positions: dict[str, list[tuple[int, int]]] = {}
+    inside: list[bool] = []
+    for name in (*VECTORS, *MATRICES):
+        first[name], term = len(entries), transcription.terms[name]
+        if name in VECTORS:
+            entries += ca.vertsplit(ca.densify(term))
+        else:
+            # CasADi sorts nonzeros by columns; those of the transpose are sorted by rows.
+            transposed = ca.sparsify(term.T)
+            columns, rows = transposed.sparsity().get_triplet()
+            positions[name] = list(zip(rows, columns, strict=True))
+            entries += transposed.nonzeros()
+        inside += [name not in OF_ENDS] * (len(entries) - len(inside))
+    fixed = np.array([float(entry) if entry.is_constant() else np.nan for entry in entries])
+    varying = np.isnan(fixed)
+
+    def tape(slots: np.ndarray) -> Tape:
+        outputs = ca.vertcat(*(entries[slot] for slot in slots))
+        program = record(ca.Function("stage", transcription.arguments, [ca.cse(outputs)]))
+        written = program.code[:, 0] == OPERATIONS.index("output")
+        program.code[written, 1] = slots[program.code[written, 1]]
+        return program
+
+    alone = transcription.discretization.substeps == 1
+    inner = None if alone else tape(np.flatnonzero(varying & inside))
+    return StageProgram(tape(np.flatnonzero(varying)), inner, fixed, first, positions)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from rumo import discretization as schemes
-from rumo.controllers import Controller, DirectNlp, LinearTimeVarying, RealTimeIteration
+from rumo.controllers import DirectNlp, LinearTimeVarying, RealTimeIteration
 from rumo.model import Model
 from rumo.textbook import cart_pendulum, robertson_dae, robertson_reactor, van_de_vusse_reactor, van_der_pol
 from rumo.vehicles import PAPER_CAR, dynamic_bicycle, four_wheel
@@ -35,7 +35,9 @@ DISCRETIZATIONS: dict[str, type[schemes.Discretization]] = {
 }
 """Discretisation schemes by their short names."""
 
-CONTROLLERS: dict[str, type[Controller]] = {
-    controller.name: controller for controller in (RealTimeIteration, DirectNlp, LinearTimeVarying)
+CONTROLLERS: dict[str, type[RealTimeIteration] | type[DirectNlp] | type[LinearTimeVarying]] = {
+    "rti": RealTimeIteration,
+    "nlp": DirectNlp,
+    "ltv": LinearTimeVarying,
 }
 """Controller classes by their short names."""

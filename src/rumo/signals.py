@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, Generic, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rumo.errors import ArgumentError, ShapeError, UnknownNameError
+from rumo.errors import ArgumentError, ShapeError, UnknownAttributeError, UnknownNameError
 
+T = TypeVar("T")
 Array = NDArray[np.floating[Any]]
 Values = Mapping[str, float] | Sequence[float] | ArrayLike
 
@@ -151,16 +152,17 @@ class NamedSymbols:
         return self._vector[self._signals.index(name)]
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
+        if name.startswith("_"):
             raise AttributeError(name)
-        try:
-            return self[name]
-        except UnknownNameError as error:
-            raise AttributeError(str(error)) from None
+        if name not in self._signals:
+            raise UnknownAttributeError(self._signals.role, name, self._signals)
+        return self[name]
 
 
-class NamedArray:
+class NamedArray(Generic[T]):
     """An array whose last axis holds signals: `plan.u["torque"]`; numbers and slices index as usual.
+
+    A signal's values are of type T: a float where the array is a vector, an array else.
 
     Parameters
     ----------
@@ -174,8 +176,16 @@ class NamedArray:
         self.signals = signals
         self.values = values
 
+    @overload
+    def __getitem__(self, key: str) -> T: ...
+
+    @overload
+    def __getitem__(self, key: Any) -> Any: ...
+
     def __getitem__(self, key: Any) -> Any:
-        return self.values[..., self.signals.index(key)] if isinstance(key, str) else self.values[key]
+        if not isinstance(key, str):
+            return self.values[key]
+        return self.values[..., self.signals.index(key)][()]  # of a vector, a number
 
     def __len__(self) -> int:
         return len(self.values)
@@ -188,7 +198,7 @@ class NamedArray:
         """Shape of the array."""
         return self.values.shape
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, T]:
         """Each signal's values under its name."""
         return {name: self[name] for name in self.signals}
 

@@ -27,3 +27,8 @@ class Status(Enum):
     def solved(self) -> bool:
         """Whether the plan is the solution of this step's optimisation problem."""
         return self in (Status.OPTIMAL, Status.SOFT_VIOLATED)
+
+    @property
+    def reason(self) -> str:
+        """The first half of the sentence: what happened, without what was done about it."""
+        return self.value.partition(";")[0].removesuffix(".") + "."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,16 +14,12 @@ import numpy as np
 from rumo.checks import checked
 from rumo.discretization import Discretization, ImplicitEuler
 from rumo.errors import ArgumentError
-from rumo.kernel.description import MATRICES, VECTORS, StageProgram
-from rumo.kernel.tape import OPERATIONS, Tape
 from rumo.problem import Problem
-from rumo.recording import record
 from rumo.signals import Array
 
 NEWTON_ITERATIONS = 30
 NEWTON_TOLERANCE = 1e-12
-OF_ENDS = ("y", "Cx", "Cu", "G", "D", "E")
-"""Terms that only the end of an interval has."""
+VECTORS = ("y", "G", "defect")
 
 
 @dataclass(frozen=True)
@@ -41,7 +38,7 @@ class Stages:
     y, Cx, Cu : ndarray, shapes (N, ny), (N, ny, nx + nz), (N, ny, nu)
         Tracked outputs at (x_i, z_i, u_{i-1}) and their derivatives.
     G, D, E : ndarray, shapes (N, nc), (N, nc, nx + nz), (N, nc, nu)
-        Path constraints G(x_i, z_i, u_{i-1}) and their derivatives.
+        Path constraints G(x_i, z_i, u_{i-1}) less their limits, and their derivatives.
     """
 
     defect: Array
@@ -77,6 +74,9 @@ class Transcription:
         `(w, x, u, p) -> phi`, the equations of an interval, shapes (nw,), (nx,), (nu,), (np_,), (nw,).
     outputs, constraints : casadi.Function
         `(xz, u, p) -> y` (ny,) and `(xz, u, p) -> G` (nc,); xz are states and algebraic variables.
+    terms, arguments : dict and list of casadi expression
+        All terms of a linearised substep by the names of `Stages`, and the symbols that they are expressions of: state
+        at the end, x, u, p, other unknowns.
     inner_signals, inner_nodes : ndarray, shape (nw - nx,)
         What each unknown but the state at the end is a value of, as a position in xz, and at which share of the
         interval.
@@ -91,7 +91,7 @@ class Transcription:
     """
 
     def __init__(self, problem: Problem, discretization: Discretization | None = None) -> None:
-        self.problem = problem
+        self.problem = checked(problem, "problem", Problem)
         scheme = self.discretization = checked(
             discretization or ImplicitEuler(), "discretization", Discretization, "Write rumo.ImplicitEuler()."
         )
@@ -112,15 +112,15 @@ class Transcription:
         given = p if problem.uniform else ca.vertcat(p, length)
         phi = scheme.residual(model, end, e, x, u, p, length / scheme.substeps)
         y = ca.vertcat(*problem.output_rows)
-        G = ca.vertcat(*(constraint.row for constraint in problem.constraints)) if problem.constraints else ca.SX(0, 1)
+        G = ca.vertcat(ca.SX(0, 1), *(constraint.expression for constraint in problem.constraints))
         self.outputs = ca.Function("outputs", [model.xz, u, given], [y], ["x", "u", "p"], ["y"])
         self.constraints = ca.Function("constraints", [model.xz, u, given], [G], ["x", "u", "p"], ["G"])
         self._substep = ca.Function("substep", [w, x, u, given], [phi])
         self.interval = self._interval()
         self.inner_signals, self.inner_nodes = self._inner(inner)
 
-        self._terms = self._linearised(phi, w, x, u, given)
-        self._arguments = [end[:nx], x, u, given, ca.vertcat(end[nx:], e)]
+        self.terms = self._linearised(phi, w, x, u, given)
+        self.arguments = [end[:nx], x, u, given, ca.vertcat(end[nx:], e)]
         self.imposed = self._influenced()
         self._path = self.constraints.map(problem.horizon)
 
@@ -149,36 +149,11 @@ class Transcription:
         """Number nw of unknowns in an interval."""
         return self.interval.size1_in(0)
 
-    def program(self) -> StageProgram:
-        """The linearised substep for the C core, whose operations must be known to it."""
-        entries: list[Any] = []
-        first: dict[str, int] = {}
-        positions: dict[str, list[tuple[int, int]]] = {}
-        inside: list[bool] = []
-        for name in (*VECTORS, *MATRICES):
-            first[name], term = len(entries), self._terms[name]
-            if name in VECTORS:
-                entries += ca.vertsplit(ca.densify(term))
-            else:
-                # CasADi sorts nonzeros by columns; those of the transpose are sorted by rows.
-                transposed = ca.sparsify(term.T)
-                columns, rows = transposed.sparsity().get_triplet()
-                positions[name] = list(zip(rows, columns, strict=True))
-                entries += transposed.nonzeros()
-            inside += [name not in OF_ENDS] * (len(entries) - len(inside))
-        fixed = np.array([float(entry) if entry.is_constant() else np.nan for entry in entries])
-        varying = np.isnan(fixed)
-
-        def tape(slots: np.ndarray) -> Tape:
-            outputs = ca.vertcat(*(entries[slot] for slot in slots))
-            program = record(ca.Function("stage", self._arguments, [ca.cse(outputs)]))
-            written = program.code[:, 0] == OPERATIONS.index("output")
-            program.code[written, 1] = slots[program.code[written, 1]]
-            return program
-
-        alone = self.discretization.substeps == 1
-        inner = None if alone else tape(np.flatnonzero(varying & inside))
-        return StageProgram(tape(np.flatnonzero(varying)), inner, fixed, first, positions)
+    def renumbered(self, problem: Problem) -> Transcription:
+        """The same stage functions for a problem that differs in numbers alone, see `Problem.changed`."""
+        other = copy.copy(self)
+        other.problem = problem
+        return other
 
     def given(self, parameters: Array) -> Array:
         """What stage functions take for p: a model's parameters (N, np_) and, on a non-uniform grid, lengths (N, 1)."""
@@ -209,6 +184,7 @@ class Transcription:
             # CasADi stores matrices by columns.
             arrays[name] = block.reshape(len(packed), *shape[::-1]).transpose(0, *range(len(shape), 0, -1))
             start += size
+        arrays["G"] = arrays["G"] - self.problem.numbers.limits
         return Stages(**arrays)
 
     def inner_between(self, begin: Array, end: Array) -> Array:
@@ -222,9 +198,10 @@ class Transcription:
         return guess
 
     def path_constraints(self, x: Array, u: Array, inner: Array, parameters: Array) -> Array:
-        """Values (N, nc) of the path constraints along states (N + 1, nx), inputs (N, nu) and other unknowns."""
+        """Path constraints less their limits (N, nc) along states (N + 1, nx), inputs (N, nu) and other unknowns."""
         algebraic = inner[:, : len(self.problem.model.algebraic)]
-        return self._path(np.hstack([x[1:], algebraic]).T, u.T, self.given(parameters).T).full().T
+        values = self._path(np.hstack([x[1:], algebraic]).T, u.T, self.given(parameters).T).full().T
+        return values - self.problem.numbers.limits
 
     def advance(self, x: Array, u: Array, p: Array | None = None) -> tuple[Array, Array]:
         """The unknowns w (nw,) of an interval that begins at x (nx,) with input u (nu,), and their derivatives by x.
@@ -299,7 +276,7 @@ class Transcription:
 
     def _influenced(self) -> Any:
         """Propagate by sparsity patterns which variables depend on a free input, substep by substep."""
-        problem, terms = self.problem, self._terms
+        problem, terms = self.problem, self.terms
         pattern = {
             name: np.asarray(ca.DM(terms[name].sparsity(), 1).full() != 0.0) for name in ("A0", "M", "B", "D", "E")
         }

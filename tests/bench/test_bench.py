@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 import rumo
 from rumo.bench import SCENARIOS, measure, record, summary
-from rumo.bench.qp_solvers import installed, measure_solvers, record_programs
-from rumo.bench.report import solver_summary, solver_table
+from rumo.bench.qp import installed, measure_solvers, record_programs
+from rumo.bench.report import report, solver_summary, solver_table
 from rumo.bench.schemes import schemes_of
 from rumo.cli import app
 
@@ -71,24 +71,23 @@ def test_qp_solvers_that_work_here_find_what_the_core_finds(recording):
     assert table.rows[0][5] == "1.0"
 
 
-def test_the_command_measures_all_if_not_told_which(tmp_path):
-    target = tmp_path / "bench.json"
-    outcome = CliRunner().invoke(app, ["bench", "--steps", "100", "--horizon", "4", "--json", str(target)])
+@pytest.mark.slow
+def test_the_command_measures_all_if_not_told_which():
+    outcome = CliRunner().invoke(app, ["bench", "--steps", "100", "--horizon", "4", "--json"])
     assert outcome.exit_code == 0, outcome.output
-    assert "QP solvers" in outcome.output
-    content = json.loads(target.read_text())
+    content = json.loads(outcome.stdout)
+    assert [section.heading.split(",")[0] for section in report([content]).sections][1] == "QP solvers"
     assert set(content["controllers"]) >= {"rti", "rti-tailored", "rti-portable", "rti-reference", "nlp"}
     assert set(content["qp_solvers"]["core"]) >= PERCENTILES
 
 
-def test_the_command_prints_a_table_and_writes_the_figures(tmp_path):
-    target = tmp_path / "new" / "bench.json"
-    outcome = CliRunner().invoke(
-        app, ["bench", "--steps", "100", "--controllers", "rti-portable", "--horizon", "5", "--json", str(target)]
-    )
-    assert outcome.exit_code == 0, outcome.output
-    assert "rti-portable" in outcome.output
-    content = json.loads(target.read_text())
+def test_the_command_prints_a_table_or_the_figures():
+    arguments = ["bench", "--steps", "100", "--controllers", "rti-portable", "--horizon", "5"]
+    table, figures = (CliRunner().invoke(app, [*arguments, *more]) for more in ([], ["--json", "--quiet"]))
+    assert (table.exit_code, figures.exit_code) == (0, 0), table.output + figures.output
+    assert "rti-portable" in table.stdout
+    content = json.loads(figures.stdout)
+    assert figures.stderr == ""
     assert content["horizon"] == 5
     for name in ("rti", "rti-portable"):
         assert set(content["controllers"][name]) == PHASES
@@ -133,11 +132,10 @@ def test_unknown_schemes(scheme, message):
     assert message in " ".join(result.output.split())
 
 
-def test_command_with_schemes(tmp_path):
-    file = tmp_path / "schemes.json"
-    command = ["bench", "--steps", "100", "--horizon", "3", "--scheme", "radau2, sdirk2", "--json", str(file)]
+def test_command_with_schemes():
+    command = ["bench", "--steps", "100", "--horizon", "3", "--scheme", "radau2, sdirk2", "--json"]
     result = CliRunner().invoke(app, command)
     assert result.exit_code == 0, result.output
-    content = json.loads(file.read_text())
+    content = json.loads(result.stdout)
     assert list(content["controllers"]) == ["rti", "radau2", "sdirk2"]
     assert "qp_solvers" not in content

@@ -1,17 +1,23 @@
 """The command as a user types it."""
 
+import io
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 import rumo
 from rumo.cli import app
+from rumo.cli.console import print_table
 from rumo.registry import MODELS
+from rumo.report.tables import Table
 
 runner = CliRunner(env={"COLUMNS": "100"})
+SHORT = ["study", "paper", "--duration", "0.4", "--controllers", "rti"]
 
 
 def test_version():
@@ -42,7 +48,7 @@ def test_short_study_writes_all_it_promises(tmp_path):
     )
     assert result.exit_code == 0, result.output
     written = {path.name for path in folder.iterdir()}
-    figures = {"trajectory-first-2s", "trajectory", "wind", "torque", "steering-rate", "tracking-error"}
+    figures = {"trajectory-first-2s", "trajectory", "wind", "torque", "steering-rate", "tracking-error", "difference"}
     figures |= {"step-time-rti", "step-time-ltv"}
     assert written == {f"{figure}.{ending}" for figure in figures for ending in ("png", "pdf")} | {
         "summary.json",
@@ -125,3 +131,85 @@ def test_a_plant_that_fails_leaves_what_was_driven(tmp_path, monkeypatch):
     assert result.exit_code == 2
     assert "At t = 0.2 s: the road ended" in result.output
     assert load(tmp_path / "log-rti.nc").sizes["time"] == 6
+
+
+def test_json_is_the_summary_and_nothing_else(tmp_path):
+    result = runner.invoke(app, [*SHORT, "--json", "--output", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    assert result.stdout == (tmp_path / "summary.json").read_text()
+    models = runner.invoke(app, ["models", "--json"])
+    assert json.loads(models.stdout)["cart_pendulum"]["inputs"] == {"force": "N"}
+
+
+def test_quiet_says_nothing_but_errors(tmp_path):
+    result = runner.invoke(app, [*SHORT, "--quiet", "--output", str(tmp_path)])
+    assert (result.exit_code, result.output) == (0, "")
+    assert (tmp_path / "report.html").exists()
+    wrong = runner.invoke(app, [*SHORT, "--quiet", "--seed", "0", "--controllers", "pid", "--output", str(tmp_path)])
+    assert wrong.exit_code == 2
+    assert "controllers: got 'pid'" in wrong.stderr
+    assert runner.invoke(app, ["models", "--quiet"]).stdout.split() == list(MODELS)
+
+
+@pytest.mark.parametrize("command", [[], ["study"], ["study", "paper"], ["bench"], ["models"]])
+def test_short_help(command):
+    result = runner.invoke(app, [*command, "-h"])
+    assert result.exit_code == 0
+    assert "Usage:" in result.output
+
+
+def test_completion_can_be_installed():
+    assert "--install-completion" in runner.invoke(app, ["-h"]).output
+
+
+def test_progress_on_a_pipe_is_lines_on_standard_error(tmp_path):
+    result = runner.invoke(app, [*SHORT, "--output", str(tmp_path)])
+    lines = result.stderr.splitlines()
+    assert lines[0] == "rti: started"
+    assert any(line.startswith("rti: 100 %, ") for line in lines)
+    assert "started" not in result.stdout
+
+
+def test_compiling_for_the_first_time_is_said(tmp_path):
+    environment = {"RUMO_BACKEND": "auto", "RUMO_CACHE": str(tmp_path / "cache")}
+    first, second = (
+        CliRunner(env=environment).invoke(app, [*SHORT, "--output", str(tmp_path / "out")]) for _ in range(2)
+    )
+    assert "Compiling the core for this problem" in first.stderr
+    assert "Compiling" not in second.stderr
+
+
+def test_tables_fit_80_columns_without_splitting_words():
+    heads = ["", "Bad\ncommands", "Exceptions", "Largest\nerror [m]", "Samples to\nrecover", "Statuses"]
+    status = f"195\u00a0OPTIMAL, 5\u00a0{rumo.Status.BAD_MEASUREMENT.name}"
+    rows = [
+        ["Frozen measurements", "0", "0", "0.095", "1", status],
+        ["Position off by 100 m", "0", "0", "", "1", status],
+    ]
+    console = Console(width=80, file=io.StringIO())
+    print_table(Table(heads, rows, words=(0, 5)), "A title", console)
+    text = console.file.getvalue()
+    assert max(map(len, text.splitlines())) <= 80
+    for word in " ".join([*heads, *rows[0], *rows[1]]).replace("\u00a0", " ").split():
+        assert word in text.split(), word
+    assert "5 BAD_MEASUREMENT" in text
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_full_disk_is_one_line():
+    with open("/dev/full", "w") as full:
+        result = subprocess.run(
+            [sys.executable, "-m", "rumo", "models"], stdout=full, stderr=subprocess.PIPE, text=True
+        )
+    assert result.returncode == 1
+    assert result.stderr == "Error: the output cannot be written: [Errno 28] No space left on device\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes of another kind")
+def test_a_reader_that_has_gone_is_no_traceback():
+    with subprocess.Popen(
+        [sys.executable, "-m", "rumo", "models"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        process.stdout.close()
+        assert process.stderr.read() == ""
+    assert process.returncode == 1

@@ -120,3 +120,41 @@ def test_local_error_is_that_of_one_interval(name):
         once = controller.transcription.advance(plan.x.values[k], plan.u.values[k])[0][: len(x)]
         np.testing.assert_allclose(estimated.values[k], once - end, rtol=0.15, atol=1e-10 * np.abs(end).max())
     assert estimated["c_b"].shape == (4,)
+
+
+def test_a_conflict_is_not_beside_a_list_of_no_limits():
+    problem = pendulum(bounds={"torque": (-1.0, 1.0), "rate": (-0.1, 0.1)})
+    controller = rumo.RealTimeIteration(problem)
+    plan = controller.step([0.0, 3.0], {"angle": 0.0})
+    assert plan.cause is rumo.Status.SOLVER_FAILED
+    assert plan.conflict
+    text = str(controller.explain(plan))
+    assert f"In conflict: {'; '.join(plan.conflict)}." in text
+    assert "At limits" not in text
+    assert "Violated" not in text
+    assert "; path constraints are not known without a solution." in text
+
+
+def test_without_a_plan_nothing_is_said_of_the_previous_one():
+    controller = rumo.RealTimeIteration(pendulum())
+    text = str(controller.explain(controller.step([np.nan, 0.0], {"angle": 0.0})))
+    assert text.splitlines()[0] == (
+        "Outcome: No plan is left to follow; the problem's safe input is applied. "
+        "The measurement is not finite or implausible."
+    )
+
+
+@pytest.mark.parametrize("status", rumo.Status)
+def test_a_reason_is_a_sentence(status):
+    assert status.reason.endswith(".")
+    assert status.value.startswith(status.reason[:-1])
+
+
+def test_steps_that_are_rounding_have_no_ratio():
+    controller = rumo.RealTimeIteration(pendulum())
+    for _ in range(3):
+        plan = controller.step([0.0, 0.0], {"angle": 0.0})
+    assert plan.diagnostics.step < 1e-6
+    text = str(controller.explain(plan))
+    assert "of the inputs' ranges, as good as none; KKT residual" in text
+    assert "times the one before" not in text

@@ -1,6 +1,8 @@
 """The import rule: a room imports only from rooms before it and from the leaves."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -8,16 +10,20 @@ import pytest
 import rumo
 
 SOURCE = Path(rumo.__file__).parent
-LEAVES = ["version", "errors", "checks", "status", "signals"]
+LEAVES = ["version", "errors", "checks", "status", "signals", "sealed", "files", "interrupts", "expressions"]
 ROOMS = [
     "model",
     "grid",
     "terms",
+    "structure",
+    "numbers",
+    "draft",
     "problem",
     "discretization",
     "kernel",
-    "recording",
     "transcription",
+    "shift",
+    "recording",
     "plan",
     "controllers",
     "estimation",
@@ -26,8 +32,8 @@ ROOMS = [
     "references",
     "registry",
     "simulation",
-    "studies",
     "report",
+    "studies",
     "bench",
     "cli",
 ]
@@ -59,3 +65,14 @@ def test_imports_point_backwards(path):
     for other in imported_rooms(path):
         allowed = LEAVES if own in LEAVES else order[: order.index(own) + 1]
         assert other in allowed, f"{path} imports from {other}"
+
+
+def test_a_controller_alone_loads_little():
+    heavy = ("scipy", "xarray", "matplotlib", "plotly", "rumo.simulation", "rumo.report", "rumo.cli")
+    code = f"import sys, rumo; print([name for name in {heavy} if name in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
+
+
+def test_every_public_name_is_there():
+    for name in rumo.__all__:
+        assert getattr(rumo, name) is not None

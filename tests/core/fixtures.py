@@ -7,13 +7,15 @@ import numpy as np
 from problems import cooled_reactor, pendulum, stiff_reactor, swinging_cart, tank
 
 import rumo
+from rumo.controllers.engines.described import core_problem
 from rumo.kernel import describe, problem_source
-from rumo.kernel.description import MATRICES, SIZES, Description, StageProgram
-from rumo.kernel.export import ARRAYS, array_source
+from rumo.kernel.description import MATRICES, NUMBERS, SIZES, Description, StageProgram, members
+from rumo.kernel.export import array_source
 from rumo.kernel.tape import Tape
 from rumo.references import SinePath
 from rumo.studies import PaperStudy
 from rumo.textbook import robertson_dae
+from rumo.transcription import Transcription
 from rumo.vehicles import PAPER_CAR, friction_circles
 
 PERIOD = 0.04
@@ -133,7 +135,7 @@ def fixtures():
 
 def description_of(fixture):
     """What the core is told about a problem."""
-    return rumo.RealTimeIteration(fixture.problem, fixture.scheme, backend="portable")._describe()
+    return core_problem(Transcription(fixture.problem, fixture.scheme))
 
 
 def tailored_model(fixture):
@@ -199,15 +201,11 @@ def pattern_header(count=24, seed=1):
         tape = Tape(np.zeros((0, 4), dtype=np.int32), np.zeros(0), 1)
         sizes = dict.fromkeys(SIZES[:-1], 0) | {"horizon": 8, "states": nx, "inputs": nu, "substeps": 1}
         sizes["shift_same_rows"] = 1
-        tables = (
-            "shift_stages",
-            "shift_shares",
-            "shift_intervals",
-            "blocking_block",
-            "blocking_share",
-            "blocking_part",
-        )
-        empty = {name: np.zeros(0) for name in (*ARRAYS, *tables, "parameter_values") if name != "fixed"}
+        # Only lengths matter: what is eliminated has no other numbers.
+        arrays = [member.name for member in members("rumo_problem") if member.kind in ("ints", "doubles")]
+        given = ("shift_", "blocking_", "inner_signals", "inner_nodes", "algebraic_guess", "imposed", *NUMBERS)
+        empty = {name: np.zeros(0) for name in arrays if name.startswith(given)}
+        empty |= {name: np.zeros((8, nu)) for name in ("input_lower", "input_upper")}
         description: Description = describe(StageProgram(tape, None, np.zeros(slots), first, positions), sizes, empty)
         parts.append(problem_source(description, f"pattern_{index}"))
         names.append(f"&pattern_{index}")

@@ -8,16 +8,9 @@ from compiling import CORE, compile_c, run_c
 
 pytest.importorskip("ziglang", reason="the package ziglang is not installed")
 
-TARGETS = (
-    "x86_64-linux-gnu",
-    "aarch64-linux-gnu",
-    "x86_64-linux-musl",
-    "riscv64-linux-musl",
-    "x86_64-macos",
-    "aarch64-macos",
-    "x86_64-windows-gnu",
-    "aarch64-windows-gnu",
-)
+FIRST = ("aarch64-linux-gnu", "aarch64-macos", "x86_64-windows-gnu")
+OTHERS = ("x86_64-linux-gnu", "x86_64-linux-musl", "riscv64-linux-musl", "x86_64-macos", "aarch64-windows-gnu")
+TARGETS = (*FIRST, *(pytest.param(target, marks=pytest.mark.slow) for target in OTHERS))
 EMULATED = "aarch64-linux-musl"
 EMULATOR = shutil.which("qemu-aarch64") or shutil.which("qemu-aarch64-static")
 PROGRAMS = ("test_elementary", "test_elimination", "test_factorization", "test_qp", "test_steps")
@@ -33,7 +26,7 @@ def test_portable_core_compiles_without_warnings(target, tmp_path):
     compile_c(zig(target), CORE / "src" / "core.c", tmp_path / "core.o", "-O2", "-c")
 
 
-@pytest.mark.parametrize("target", ["x86_64-linux-gnu", "aarch64-macos", "x86_64-windows-gnu"])
+@pytest.mark.parametrize("target", ["x86_64-windows-gnu", pytest.param("aarch64-macos", marks=pytest.mark.slow)])
 def test_tailored_core_compiles_without_warnings(target, tailored_headers, tmp_path):
     flags = ("-include", str(tailored_headers / "tailored.h"), f"-I{tailored_headers}")
     compile_c(zig(target), CORE / "src" / "core.c", tmp_path / "core.o", "-O2", "-c", *flags)
@@ -45,6 +38,7 @@ def run_emulated(program, headers, tmp_path, *arguments):
     run_c(EMULATOR, made, *arguments)
 
 
+@pytest.mark.slow
 @needs_emulator
 @pytest.mark.parametrize("program", PROGRAMS)
 def test_in_c_on_arm(program, headers, tmp_path):

@@ -6,8 +6,10 @@ from problems import car, pendulum
 from test_backends import CASES, EXACT, PENALTY, assert_same, drive
 
 import rumo
-from rumo.controllers.condensing import eliminate
+from rumo.controllers.engines.guarded import Guarded
+from rumo.controllers.engines.numpy import NumpyRti, condense, eliminate
 from rumo.plan import DIAGNOSTICS
+from rumo.transcription import Transcription
 
 ITERATIONS = {
     "rti": {},
@@ -37,18 +39,16 @@ def test_portable_equals_reference(name, settings):
 
 def test_residual_is_the_newton_correction_of_the_guess():
     problem, x, window = car()
-    controller = rumo.RealTimeIteration(problem, backend="reference")
+    transcription = Transcription(problem)
+    method = NumpyRti(transcription, rumo.Settings())
+    engine = Guarded(method, rumo.Settings())
     for _ in range(2):
-        plan = controller.step(x, window)
-    about, stages = (
-        controller._about,
-        controller.transcription.linearize(
-            controller._about.x, controller._about.u, controller._about.inner, problem.parameters
-        ),
-    )
+        plan = engine.step(x, window)
+    about = method.about
+    stages = transcription.linearize(about.x, about.u, about.inner, problem.parameters)
     assert about.x is not plan.x.values
     correction = np.abs(eliminate(stages)[2][:-1]).max(axis=0)
-    reach = controller._condensed.reach
+    reach = condense(stages, problem, transcription.imposed).reach
     expected = max(c / r for c, r in zip(correction, reach, strict=True) if r > 0.0)
     assert plan.diagnostics.integrator_residual == pytest.approx(expected)
     strict = rumo.RealTimeIteration(problem, integrator_tolerance=0.5 * expected)

@@ -6,8 +6,11 @@ from problems import car
 from test_backends import EXACT, assert_same, drive
 
 import rumo
-from rumo.controllers.fallback import Shift, Trajectory
-from rumo.controllers.nlp import NlpOptions
+from rumo.controllers import NlpSettings
+from rumo.controllers.engines.described import guard_of
+from rumo.controllers.engines.trajectory import Trajectory
+from rumo.shift import Shift
+from rumo.status import Status
 from rumo.studies import PaperStudy
 from rumo.transcription import Transcription
 
@@ -85,7 +88,7 @@ def test_tailored_equals_portable(case, tmp_path_factory, monkeypatch):
 def test_converged_it_is_the_nlp_solution(case, scheme):
     problem = problem_of(case)
     rti = rumo.RealTimeIteration(problem, scheme, sqp_iterations=50, tolerance=1e-12, qp=EXACT)
-    nlp = rumo.DirectNlp(problem, scheme, options=NlpOptions(tolerance=1e-11))
+    nlp = rumo.DirectNlp(problem, scheme, settings=NlpSettings(tolerance=1e-11))
     ours, oracle = (controller.step(start(), REFERENCE) for controller in (rti, nlp))
     np.testing.assert_allclose(ours.u.values, oracle.u.values, rtol=0.0, atol=1e-6 * problem.input_scales.max())
     np.testing.assert_allclose(ours.x.values, oracle.x.values, rtol=1e-6, atol=1e-6)
@@ -119,7 +122,7 @@ def test_limits_hold_between_intervals(case):
 @pytest.mark.parametrize("case", ["growing", "any_lengths", "uniform"])
 def test_shifting_what_is_straight_in_time_is_exact(case):
     transcription = Transcription(problem_of(case), rumo.Radau3(substeps=2))
-    problem, shift = transcription.problem, Shift(transcription)
+    problem, guard = transcription.problem, guard_of(transcription, rumo.Settings())
     rates, base = np.arange(9.0), np.ones(9)
 
     def at(time):
@@ -127,7 +130,9 @@ def test_shifting_what_is_straight_in_time_is_exact(case):
         u = np.tile(np.array([1.0, 2.0]), (problem.horizon, 1))
         return Trajectory(u, x, transcription.inner_between(x[:-1], x[1:]))
 
-    now, later = at(0.0).shifted(shift), at(problem.sampling_time)
+    guard.applied = [[1.0, 2.0]]
+    guard.follow(at(0.0).parts, Status.OPTIMAL)
+    now, later = guard.next, at(problem.sampling_time)
     np.testing.assert_allclose(now.x, later.x, atol=1e-9)
     np.testing.assert_allclose(now.inner, later.inner, atol=1e-9)
 
@@ -167,9 +172,11 @@ def test_parameters_are_used_from_the_next_preparation_on(make):
     np.testing.assert_allclose(controller.step(x, window).u.values, expected.u.values, rtol=1e-9, atol=1e-9)
     assert np.abs(still.u["torque"] - expected.u["torque"]).max() > 1e-3
     controller.prepare()
-    controller.parameters = {}
-    np.testing.assert_array_equal(controller.parameters, calm.parameters)
-    with pytest.raises(rumo.CallOrderError):
-        controller.feedback(x, window)
+    controller.parameters = {"wind_speed": calm.parameters[:, problem.model.parameters.index("wind_speed")]}
+    assert controller.feedback(x, window).status.solved  # what was prepared is prepared again
+    # Those not named stay, also after a reset.
     controller.reset()
+    assert (controller.parameters[:, problem.model.parameters.index("wind_direction")] == 1.5).all()
+    controller.parameters = {"wind_direction": calm.parameters[0, problem.model.parameters.index("wind_direction")]}
+    np.testing.assert_array_equal(controller.parameters, calm.parameters)
     np.testing.assert_allclose(controller.step(x, window).u.values, still.u.values, rtol=1e-9, atol=1e-9)

@@ -17,7 +17,7 @@ def slider(state=1.0, force=1.0, cost=1.0, soft=False):
         },
     )
     limit = 0.2 * state
-    penalty = rumo.Penalty(10.0 * cost / state) if soft else None
+    penalty = rumo.Penalty(0.2 * cost) if soft else None
     return rumo.Problem(
         model,
         horizon=20,

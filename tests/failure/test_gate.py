@@ -6,52 +6,14 @@ from problems import car, pendulum
 
 import rumo
 from rumo import InnovationGate, Status
-from rumo.controllers.gate import Gatekeeper
+from rumo.controllers.engines.guarded import Guarded
+from rumo.controllers.engines.numpy import NumpyRti
+from rumo.transcription import Transcription
 
 REFERENCE = {"angle": 0.5, "rate": 0.0}
 GOOD, WILD = [0.1, 0.0], [100.0, 0.0]
 CONTROLLERS = [rumo.RealTimeIteration, rumo.DirectNlp, rumo.LinearTimeVarying]
 BACKENDS = ["portable", "reference"]
-
-RESTING = np.zeros((4, 2))
-REACH = np.array([1.0, 2.0])
-
-
-def verdicts(gatekeeper, samples, predicted=RESTING, reach=REACH):
-    return [gatekeeper.admits(np.array(x, dtype=float), predicted, reach) for x in samples]
-
-
-def test_the_width_is_in_units_of_reach_and_plan():
-    keeper = Gatekeeper(InnovationGate(width=3.0))
-    assert verdicts(keeper, [[3.0, 0.0], [3.001, 0.0], [0.0, -6.0], [0.0, -6.001]]) == [True, False, True, False]
-    moving = RESTING + np.linspace(0.0, 1.0, 4)[:, None] * [10.0, 0.0]
-    assert verdicts(keeper, [[33.0, 0.0], [33.001, 0.0]], moving) == [True, False]
-
-
-def test_a_state_that_inputs_do_not_reach_is_not_judged():
-    keeper = Gatekeeper(InnovationGate(width=3.0))
-    assert verdicts(keeper, [[0.0, 1e9], [3.001, 1e9]], reach=np.array([1.0, 0.0])) == [True, False]
-
-
-@pytest.mark.parametrize("patience", [0, 1, 4])
-def test_samples_that_agree_are_believed_after_patience(patience):
-    keeper = Gatekeeper(InnovationGate(3.0, patience))
-    assert verdicts(keeper, [[50.0, 0.0]] * (patience + 1)) == [False] * patience + [True]
-    assert keeper.surprised
-    assert verdicts(keeper, [[0.0, 0.0]]) == [True]
-    assert not keeper.surprised
-
-
-def test_samples_that_disagree_start_anew():
-    keeper = Gatekeeper(InnovationGate(3.0, 2))
-    samples = [[50.0, 0.0], [50.0, 0.0], [-50.0, 0.0], [-50.0, 0.0], [-50.0, 0.0]]
-    assert verdicts(keeper, samples) == [False, False, False, False, True]
-
-
-def test_a_good_sample_ends_the_count():
-    keeper = Gatekeeper(InnovationGate(3.0, 2))
-    samples = [[50.0, 0.0], [50.0, 0.0], [0.0, 0.0], [50.0, 0.0], [50.0, 0.0], [50.0, 0.0]]
-    assert verdicts(keeper, samples) == [False, False, True, False, False, True]
 
 
 @pytest.mark.parametrize("make", CONTROLLERS)
@@ -109,7 +71,7 @@ def test_an_infinite_gate_is_spelt_none():
 
 def test_it_is_on_by_default_and_wide():
     for make in CONTROLLERS:
-        assert make(pendulum()).gate == InnovationGate()
+        assert make(pendulum()).settings.gate == InnovationGate()
     # A pendulum hit by something, that swings at a rate its motor would take more than a second for, is believed.
     controller = rumo.RealTimeIteration(pendulum())
     controller.step(GOOD, REFERENCE)
@@ -163,23 +125,6 @@ def drifting(count):
     return [[0.01 * k, 0.0] for k in range(count)]
 
 
-def test_frozen_samples_are_held_back_once_there_were_enough_that_changed():
-    keeper = Gatekeeper(InnovationGate(patience=3))
-    moving = RESTING + np.array([0.5, 0.0])  # the prediction has left the sample
-    assert verdicts(keeper, [*drifting(4), *[[0.03, 0.0]] * 4], moving) == [True] * 8  # not armed: too few changes
-    keeper = Gatekeeper(InnovationGate(patience=3))
-    frozen = [[0.04, 0.0]] * 4
-    assert verdicts(keeper, [*drifting(5), *frozen], moving) == [True] * 5 + [False] * 3 + [True]
-    assert keeper.surprised
-    # Believed, they stay believed; five that change arm the gate again.
-    assert verdicts(keeper, [*frozen, *drifting(5), frozen[0]], moving) == [True] * 9 + [False]
-
-
-def test_samples_that_repeat_because_nothing_moves_are_good():
-    keeper = Gatekeeper(InnovationGate())
-    assert verdicts(keeper, [*drifting(6), *[[0.0, 0.0]] * 20]) == [True] * 26
-
-
 @pytest.mark.parametrize("make", CONTROLLERS)
 def test_frozen_measurements_of_a_moving_plant_follow_the_plan(make):
     controller = make(pendulum(horizon=20))
@@ -199,10 +144,11 @@ def test_frozen_measurements_of_a_moving_plant_follow_the_plan(make):
 def test_a_long_horizon_does_not_widen_the_gate():
     widths = []
     for horizon in (20, 60):
-        controller = rumo.RealTimeIteration(pendulum(horizon=horizon), backend="reference")
-        controller.step(GOOD, REFERENCE)
-        controller.prepare()
-        widths.append(controller._reach())
+        method = NumpyRti(Transcription(pendulum(horizon=horizon)), rumo.Settings())
+        engine = Guarded(method, rumo.Settings())
+        engine.step(GOOD, REFERENCE)
+        engine.prepare()
+        widths.append(method.reach())
     np.testing.assert_allclose(widths[1], widths[0], rtol=0.3)
 
 

@@ -73,5 +73,5 @@ def test_a_time_limit_is_a_budget():
     controller = rumo.RealTimeIteration(problem, qp=rumo.QpOptions(time_limit=1e-9))
     plan = controller.step([2.0, 0.0], {"angle": -1.0, "rate": 0.0})
     assert plan.status is Status.BUDGET_EXCEEDED
-    controller.qp = rumo.QpOptions()
+    controller.configure(qp=rumo.QpOptions())
     assert controller.step([2.0, 0.0], {"angle": -1.0, "rate": 0.0}).status is Status.OPTIMAL

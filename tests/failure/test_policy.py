@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from problems import pendulum, swinging_cart, tank
+from problems import pendulum, reference_with, swinging_cart, tank
 
 import rumo
 from rumo import Status
-from rumo.controllers import condensed
-from rumo.controllers.nlp import NlpOptions
-from rumo.controllers.qp import QpOptions
+from rumo.controllers import NlpSettings, QpOptions
+from rumo.controllers.engines.qp import solve
 
 CONTROLLERS = [rumo.RealTimeIteration, rumo.DirectNlp, rumo.LinearTimeVarying]
 REFERENCE = {"angle": 0.5, "rate": 0.0}
@@ -145,22 +144,26 @@ def test_a_constraint_without_numerical_influence_is_left_out():
     assert plan.command["push"] > 0.1
 
 
-def test_a_failed_qp_is_never_applied(monkeypatch):
-    controller = rumo.RealTimeIteration(pendulum(), backend="reference")
+def test_a_failed_qp_is_never_applied():
+    failing = False
+
+    def optimize(program, options):
+        return (np.full(11, 1e6), Status.SOLVER_FAILED) if failing else solve(program, options)
+
+    controller = reference_with(pendulum(), optimize)
     good = controller.step(GOOD, REFERENCE)
-    garbage = np.full(11, 1e6)
-    monkeypatch.setattr(condensed, "solve", lambda program, options: (garbage, Status.SOLVER_FAILED))
+    failing = True
     plan = controller.step(GOOD, REFERENCE)
     assert plan.status is Status.SOLVER_FAILED
     np.testing.assert_array_equal(plan.command.values, good.u.values[2])
-    monkeypatch.undo()
+    failing = False
     assert controller.step(GOOD, REFERENCE).status is Status.OPTIMAL
 
 
 def test_an_empty_qp_budget_is_a_status():
     controller = rumo.RealTimeIteration(pendulum(), backend="reference")
     good = controller.step(GOOD, REFERENCE)
-    controller.qp = QpOptions(max_iterations=1)
+    controller.configure(qp=QpOptions(max_iterations=1))
     plan = controller.step(GOOD, REFERENCE)
     assert plan.status is Status.BUDGET_EXCEEDED
     np.testing.assert_array_equal(plan.command.values, good.u.values[2])
@@ -170,7 +173,7 @@ def test_nlp_out_of_budget_uses_an_iterate_only_if_it_satisfies_the_dynamics():
     problem, x, reference = swinging_cart()
     seen = []
     for iterations in range(0, 24, 3):
-        controller = rumo.DirectNlp(problem, options=NlpOptions(max_iterations=iterations))
+        controller = rumo.DirectNlp(problem, settings=NlpSettings(max_iterations=iterations))
         plan = controller.step(x, reference)
         seen.append(plan.status)
         assert plan.cause in (Status.BUDGET_EXCEEDED, Status.OPTIMAL)

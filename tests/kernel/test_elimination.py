@@ -19,9 +19,11 @@ def places(pattern):
 
 def run(tables, terms, nx, nu):
     """What eliminate.c does with the tables, for one stage."""
-    result = np.zeros(len(tables["result_row"]))
-    load, update, store = (iter(tables[name].tolist()) for name in ("load", "update", "store"))
-    rows = zip(*(tables[f"block_{part}"] for part in ("size", "width", "loads", "updates", "stores")), strict=True)
+    result = np.zeros(len(tables["elimination_row"]))
+    load, update, store = (iter(tables[f"elimination_{name}"].tolist()) for name in ("load", "update", "store"))
+    rows = zip(
+        *(tables[f"elimination_{part}"] for part in ("size", "width", "loads", "updates", "stores")), strict=True
+    )
     for m, k, loads, updates, stores in rows:
         work = np.zeros((m, m + k + 1))
         for _ in range(loads):
@@ -36,7 +38,7 @@ def run(tables, terms, nx, nu):
             result[entry] = work.flat[place]
     assert next(load, None) is next(update, None) is next(store, None) is None
     dense = np.zeros((nx, nx + nu + 1))
-    dense[tables["result_row"], tables["result_column"]] = result
+    dense[tables["elimination_row"], tables["elimination_column"]] = result
     return dense
 
 
@@ -66,7 +68,7 @@ def test_tables(seed, nx, nu, density):
     right = np.hstack([dense["A0"], dense["B"], terms[:nx, None]])
     if np.linalg.cond(dense["M"]) < 1e8:
         np.testing.assert_allclose(run(tables, terms, nx, nu), np.linalg.solve(dense["M"], right), rtol=1e-6, atol=1e-6)
-    order = list(zip(tables["result_row"].tolist(), tables["result_column"].tolist(), strict=True))
+    order = list(zip(tables["elimination_row"].tolist(), tables["elimination_column"].tolist(), strict=True))
     assert order == sorted(set(order)), "the result is sorted by rows, each entry once"
 
 

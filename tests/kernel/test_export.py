@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from problems import PROBLEMS
 
-import rumo
+from rumo.controllers.engines.described import core_problem
 from rumo.kernel import problem_source
+from rumo.transcription import Transcription
 
 WORDS = {"NULL": None, "NAN": np.nan, "INFINITY": np.inf, "-INFINITY": -np.inf}
 
@@ -27,7 +28,7 @@ def arrays_of(text):
 
 def described(name):
     problem = PROBLEMS[name]()[0]
-    return rumo.RealTimeIteration(problem, backend="portable")._describe()
+    return core_problem(Transcription(problem))
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
@@ -43,7 +44,8 @@ def test_every_number_is_there(name):
 def test_text():
     text = problem_source(described("car"), "car")
     assert text.startswith("/*")
-    assert "static const rumo_problem car = {\n    .sizes = {15, 9, 0, 2, 4, 4, 2, 1, 0, 1, 0, " in text
-    assert ".Cu = {0, 68, NULL, NULL}," in text
+    assert "static const rumo_problem car = {\n    .sizes = {\n        .horizon = 15,\n        .states = 9," in text
+    nothing = "{\n        .count = 0,\n        .first = 68,\n        .row = NULL,\n        .column = NULL,\n    }"
+    assert f"    .Cu = {nothing},\n" in text
     assert max(map(len, text.splitlines())) <= 120
     assert text == problem_source(described("car"), "car"), "the same each time"

@@ -12,8 +12,10 @@ import pytest
 from problems import pendulum
 
 import rumo
+from rumo.controllers.engines.described import core_problem
 from rumo.kernel import tailored as build_for
 from rumo.kernel.tailored import SUFFIX, _compiler, _fingerprint, _sources
+from rumo.transcription import Transcription
 
 # The function of that name hides the module.
 tailored = sys.modules["rumo.kernel.tailored"]
@@ -49,7 +51,7 @@ def made(tmp_path_factory):
 
 
 def describe(problem):
-    return rumo.RealTimeIteration(problem, backend="portable")._describe()
+    return core_problem(Transcription(problem))
 
 
 def libraries(folder):

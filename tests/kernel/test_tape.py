@@ -9,6 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import rumo
+from rumo.controllers.engines.described import core_problem
 from rumo.kernel.tape import OPERATIONS
 
 # Expressions of two numbers, and points in their domain. A constraint must depend on a state: hence some `+ a`.
@@ -117,7 +118,7 @@ def test_operation(name):
 def test_every_operation_is_written():
     assert set(EXPRESSIONS) | UNWRITTEN == set(OPERATIONS)
     controller = rumo.RealTimeIteration(frozen([e for e, _ in EXPRESSIONS.values()]), backend="portable")
-    written = {OPERATIONS[code] for code in controller._describe().tape.code[:, 0]}
+    written = {OPERATIONS[code] for code in core_problem(controller.transcription).tape.code[:, 0]}
     assert written >= set(OPERATIONS) - {"assign"}
 
 

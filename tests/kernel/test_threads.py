@@ -4,7 +4,7 @@ import threading
 import time
 
 import numpy as np
-from problems import swinging_cart
+from problems import pendulum, swinging_cart
 
 import rumo
 
@@ -58,3 +58,26 @@ def test_threads_share_a_controller():
     assert controller.status_counts.total() == len(plans) == 1200
     assert all(np.isfinite(plan.u.values).all() for plan in plans)
     np.testing.assert_array_equal(plans[0].x.values[0], alone.x.values[0])
+
+
+def test_a_conflict_is_that_of_ones_own_step():
+    # From one sample there is no way to respect the limits; the other has many that are active.
+    problem = pendulum(horizon=40, bounds={"torque": (-1.0, 1.0), "angle": (-1.0, 1.0)})
+    samples, reference = ([1.5, 0.0], [0.6, -0.4]), np.full((problem.horizon + 1, len(problem.outputs)), 0.9)
+
+    def conflicts(controller, steps):
+        return {(k % 2, controller.step(samples[k % 2], reference).conflict) for k in range(steps)}
+
+    def controller():
+        return rumo.RealTimeIteration(problem, backend="portable", gate=None)
+
+    (_, expected), (_, none) = sorted(conflicts(controller(), 2))
+    assert expected
+    assert none == ()
+    shared, found = controller(), []
+    threads = [threading.Thread(target=lambda: found.append(conflicts(shared, 400))) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert {conflict for seen in found for which, conflict in seen if which == 0} == {expected}

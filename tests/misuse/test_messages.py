@@ -1,5 +1,6 @@
 """Wrong use raises at once; the message names argument, value, expectation and cure."""
 
+import math
 import re
 
 import casadi as ca
@@ -10,7 +11,7 @@ from problems import pendulum
 import rumo
 from rumo.estimation import Butterworth
 from rumo.references import SinePath
-from rumo.registry import CONTROLLERS
+from rumo.registry import CONTROLLERS, MODELS
 from rumo.simulation import Gust, OrnsteinUhlenbeck, Plant, Sensors
 from rumo.vehicles import PAPER_CAR, four_wheel
 
@@ -93,6 +94,46 @@ MODEL_MISTAKES = {
         "expected a rumo.Output. Write rumo.Output(",
     ),
     "private name": ({"inputs": {"_torque": "N m"}}, "inputs: got the name '_torque', expected a Python identifier"),
+    "a condition": (
+        {"dynamics": lambda x, u, p: {"angle": x.rate, "rate": u.torque if x.angle > 0 else 0.0}},
+        "dynamics: got an expression of signals where Python needs true or false (if, and, or, not, max, min), "
+        "expected one formula for all values. Write ca.if_else(x.v > 0, a, b) for a condition",
+    ),
+    "a maximum": (
+        {"dynamics": lambda x, u, p: {"angle": x.rate, "rate": max(u.torque, 0.0)}},
+        "Write ca.if_else(x.v > 0, a, b) for a condition, ca.fmax(a, b) and ca.fmin(a, b)",
+    ),
+    "math": (
+        {"dynamics": lambda x, u, p: {"angle": x.rate, "rate": u.torque - math.sin(x.angle)}},
+        "with NaN or infinity in it, expected finite numbers. If it comes from math.sin(x.v): that takes numbers only. "
+        "Write ca.sin(x.v).",
+    ),
+    "an index": (
+        {"dynamics": lambda x, u, p: {"angle": x.rate, "rate": [1.0, 2.0][int(x.angle)]}},
+        "dynamics: got an expression of signals where a number is needed (",
+    ),
+    "all states at once": (
+        {"dynamics": lambda x, u, p: {"angle": x.rate, "rate": 2.0 * x}},
+        "dynamics: got an expression of signals where a number is needed (unsupported operand type",
+    ),
+    "dynamics of two arguments": (
+        {"dynamics": lambda x, u: {"angle": x.rate, "rate": u.torque}},
+        "dynamics: got a function of (x, u), expected a function of (x, u, p): states, inputs, parameters. Write "
+        "lambda x, u, p: ..., also where not all are used.",
+    ),
+    "dynamics are no function": ({"dynamics": 5}, "dynamics: got 5, expected a function (x, u, p) -> expression."),
+    "output of one argument": (
+        {"outputs": {"height": rumo.Output("m", lambda x: x.angle)}},
+        "outputs['height']: got a function of (x), expected a function of (x, u, p)",
+    ),
+    "condition in an output": (
+        {"outputs": {"height": rumo.Output("m", lambda x, u, p: 1 if x.angle > 0 else 2)}},
+        "outputs['height']: got an expression of signals where Python needs true or false",
+    ),
+    "equation of two arguments": (
+        {"algebraic": {"force": rumo.Algebraic("N", lambda x, u: x.force)}},
+        "algebraic['force'].equation: got a function of (x, u), expected a function of (x, u, p)",
+    ),
     "not an expression": (
         {"dynamics": lambda x, u, p: {"angle": x.rate, "rate": "torque"}},
         "dynamics['rate']: got 'torque', expected a CasADi SX expression or a number.",
@@ -116,6 +157,26 @@ def test_unknown_signal_in_dynamics_is_an_attribute_error_with_a_hint():
         model(dynamics=lambda x, u, p: {"angle": x.rat, "rate": u.torque})
 
 
+def test_a_users_own_mistake_stays_what_it_is():
+    with pytest.raises(KeyError, match="mass"):
+        model(dynamics=lambda x, u, p: {"angle": x.rate, "rate": u.torque / {}["mass"]})
+
+
+def test_numpys_functions_of_scalars_work_without_a_word():
+    x = model(dynamics=lambda x, u, p: {"angle": x.rate, "rate": u.torque - np.sin(x.angle)})
+    assert float(x.f([0.5, 0.0], [0.0], [])[1]) == pytest.approx(-np.sin(0.5))
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_what_can_be_tracked_is_what_is_proposed(name):
+    plant = MODELS[name]()
+    settings = {"horizon": 3, "sampling_time": 0.1, "moves": {key: W(1.0) for key in plant.inputs}}
+    with pytest.raises(rumo.UnknownNameError) as caught:
+        rumo.Problem(plant, track={"nothing_like_it": W(1.0)}, **settings)
+    proposed = str(caught.value).split("expected one of ")[1].split(". ")[0].split(", ")
+    rumo.Problem(plant, track={key: W(1.0) for key in proposed}, **settings)
+
+
 PROBLEM_MISTAKES = {
     "horizon zero": ({"horizon": 0}, "horizon: got 0, expected a whole number of at least 1."),
     "horizon not whole": ({"horizon": 2.5}, "horizon: got 2.5, expected a whole number"),
@@ -123,10 +184,23 @@ PROBLEM_MISTAKES = {
     "NaN sampling time": ({"sampling_time": np.nan}, "sampling_time: got nan, expected a positive finite number."),
     "delay too long": ({"delay": 12}, "delay: got 12, expected less than the horizon of 12."),
     "negative delay": ({"delay": -1}, "delay: got -1, expected a whole number of at least 0."),
-    "nothing tracked": ({"track": {}}, "track: got nothing, expected at least one state or output to track."),
+    "nothing tracked": ({"track": {}}, "track: got nothing, expected at least one of angle, rate."),
     "unknown tracked signal": (
         {"track": {"angel": W(1.0)}},
         "track: got 'angel', expected one of angle, rate. Did you mean 'angle'?",
+    ),
+    "tracked input": (
+        {"track": {"torque": W(1.0)}},
+        "track: got 'torque', expected one of angle, rate. Inputs are no outputs by themselves: "
+        'outputs={"...": rumo.Output(..., lambda x, u, p: u.torque)}.',
+    ),
+    "condition in a constraint": (
+        {"constraints": {"limit": rumo.Constraint(lambda x, u, p: x.angle if x.rate > 0 else 0.0)}},
+        "constraints['limit']: got an expression of signals where Python needs true or false",
+    ),
+    "constraint of two arguments": (
+        {"constraints": {"limit": rumo.Constraint(lambda x, u: x.angle)}},
+        "constraints['limit']: got a function of (x, u), expected a function of (x, u, p)",
     ),
     "weight is a number": (
         {"track": {"angle": 1.0}},
@@ -325,9 +399,12 @@ def test_a_controller_needs_a_problem():
     [
         (lambda: rumo.QpOptions(max_iterations=2.5), "QpOptions.max_iterations: got 2.5, expected a whole number"),
         (lambda: rumo.QpOptions(tolerance=0.0), "QpOptions.tolerance: got 0.0, expected a positive finite number"),
-        (lambda: rumo.NlpOptions(tolerance=-1.0), "NlpOptions.tolerance: got -1.0, expected a positive finite number"),
-        (lambda: rumo.NlpOptions(max_iterations=-1), "NlpOptions.max_iterations: got -1, expected a whole number"),
-        (lambda: rumo.NlpOptions(max_wall_time=0.0), "NlpOptions.max_wall_time: got 0.0, expected a positive"),
+        (
+            lambda: rumo.NlpSettings(tolerance=-1.0),
+            "NlpSettings.tolerance: got -1.0, expected a positive finite",
+        ),
+        (lambda: rumo.NlpSettings(max_iterations=-1), "NlpSettings.max_iterations: got -1, expected a whole number"),
+        (lambda: rumo.NlpSettings(max_wall_time=0.0), "NlpSettings.max_wall_time: got 0.0, expected a positive"),
         (lambda: Gust(1.0, 2.0, start=0.0, duration=0.0), "duration: got 0.0, expected a positive finite number"),
         (lambda: OrnsteinUhlenbeck(1.0, 2.0, 0.0), "correlation_time: got 0.0, expected a positive finite number"),
         (lambda: SinePath(wavelength=0.0), "wavelength: got 0.0, expected a positive finite number"),
@@ -367,10 +444,14 @@ SIMULATION_MISTAKES = {
     "reference returns an array": ({"reference": np.zeros_like}, "reference(t): got array("),
     "sensors are a mapping": ({"sensors": {"angle": 0.1}}, "sensors: got {'angle': 0.1}, expected a rumo.Sensors."),
     "estimator is a class": (
-        {"sensors": Sensors(estimator=Butterworth)},
+        {"estimator": Butterworth},
         "estimator: got Butterworth, expected settings such as Butterworth(cutoff=3.5).",
     ),
-    "plant is no model": ({"plant": "pendulum"}, "plant: got 'pendulum', expected a rumo.Model."),
+    "plant is no model": ({"plant": 3.0}, "plant: got 3.0, expected a rumo.Model, or anything with states, inputs and"),
+    "unknown plant": (
+        {"plant": "pendulum"},
+        "plant: got 'pendulum', expected one of dynamic_bicycle, four_wheel, cart_pendulum",
+    ),
     "plant in other units": (
         {"plant": model(states={"angle": "deg", "rate": "rad/s"})},
         "plant: got 'angle' in deg, expected the controller's unit, rad. Rumo does not convert units.",
@@ -413,7 +494,14 @@ def test_a_problem_cannot_be_changed_behind_its_controllers():
 
 
 def test_every_error_is_a_rumo_error():
-    for error in (rumo.ArgumentError, rumo.ShapeError, rumo.UnknownNameError, rumo.CallOrderError, rumo.PlantError):
+    for error in (
+        rumo.ArgumentError,
+        rumo.ShapeError,
+        rumo.UnknownNameError,
+        rumo.CallOrderError,
+        rumo.PlantError,
+        rumo.FrozenError,
+    ):
         assert issubclass(error, rumo.RumoError)
 
 

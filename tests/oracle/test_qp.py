@@ -4,7 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from rumo.controllers.qp import QpOptions, QuadraticProgram, solve
+from rumo.controllers import QpOptions
+from rumo.controllers.engines.qp import QuadraticProgram, solve
 from rumo.status import Status
 
 

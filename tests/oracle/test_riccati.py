@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import solve_discrete_are
 
 import rumo
-from rumo.controllers.qp import QpOptions
+from rumo.controllers import QpOptions
 
 ZERO = {"a": 0.0, "b": 0.0, "c": 0.0}
 EXACT = QpOptions(tolerance=1e-13)

@@ -7,8 +7,7 @@ import pytest
 from problems import PROBLEMS, car
 
 import rumo
-from rumo.controllers.nlp import NlpOptions
-from rumo.controllers.qp import QpOptions
+from rumo.controllers import NlpSettings, QpOptions
 from rumo.registry import DISCRETIZATIONS
 
 
@@ -20,7 +19,7 @@ def relative(ours, oracle):
 
 def solve_both(problem, x, reference, scheme=None):
     rti = rumo.RealTimeIteration(problem, scheme, sqp_iterations=100, tolerance=1e-12, qp=QpOptions(tolerance=1e-12))
-    nlp = rumo.DirectNlp(problem, scheme, options=NlpOptions(tolerance=1e-11, max_iterations=1000))
+    nlp = rumo.DirectNlp(problem, scheme, settings=NlpSettings(tolerance=1e-11, max_iterations=1000))
     return rti.step(x, reference), nlp.step(x, reference)
 
 
@@ -111,7 +110,7 @@ def test_every_delay(delay):
 
     problem = pendulum(delay=delay, move_bounds={"torque": (-0.7, 0.7)})
     rti = rumo.RealTimeIteration(problem)  # linear model: one iteration is the solution
-    nlp = rumo.DirectNlp(problem, options=NlpOptions(tolerance=1e-11))
+    nlp = rumo.DirectNlp(problem, settings=NlpSettings(tolerance=1e-11))
     applied = np.linspace(-0.4, 0.3, max(delay, 1))[:, None]
     plans = []
     for controller in (rti, nlp):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from rumo.references import SinePath, constant
+from rumo.references import Held, SinePath
 from rumo.vehicles import PAPER_CAR
 
 TIMES = np.linspace(0.0, 24.0, 2401)
@@ -99,6 +99,6 @@ def test_vehicle_rolls_along_the_path():
 
 
 def test_constant_is_held():
-    reference = constant({"p_x": 3, "v_x": -1.5})(TIMES)
+    reference = Held({"p_x": 3, "v_x": -1.5})(TIMES)
     np.testing.assert_array_equal(reference["p_x"], np.full(2401, 3.0))
     np.testing.assert_array_equal(reference["v_x"], np.full(2401, -1.5))

@@ -1,7 +1,7 @@
 """Quadratic programs: the C core's solver and others, what proves their answers, and where programs come from."""
 
 from qps.proofs import Residuals, assert_answered, assert_solved, least_violation, residuals
-from rumo.bench.qp_solvers import CoreQp, Solution
+from rumo.bench.qp import CoreQp, Solution
 
 
 def solve(program, **settings):

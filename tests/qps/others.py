@@ -1,4 +1,4 @@
-"""Other solvers for the same programs, through qpsolvers; slack variables are written out for soft rows."""
+"""What other solvers find, as accurately as they can."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import numpy as np
 import qpsolvers
 
 from qps.proofs import residuals
-from rumo.bench.qp_solvers import Solution
-from rumo.controllers.qp import QuadraticProgram
+from qps.random import in_units
+from rumo.bench.qp import Solution, posed
+from rumo.controllers.engines.qp import QuadraticProgram
 
 TIGHT = {
     "daqp": {"primal_tol": 1e-11, "dual_tol": 1e-13},
@@ -31,37 +32,17 @@ SEMIDEFINITE = ("piqp", "clarabel")
 def solve_with(name: str, program: QuadraticProgram) -> Solution | None:
     """Solution by another solver, or None if it found none."""
     n, m = len(program.gradient), len(program.rows)
-    soft = np.flatnonzero(np.isfinite(program.l1))
-    s = len(soft)
     # Units of the solvers' tolerances: the cost over its least curvature, rows over their norms.
     cost = 1.0 / np.diag(program.hessian).min()
     norm = np.linalg.norm(program.rows, axis=1) if m else np.ones(0)
     norm = np.where(norm > 0.0, norm, 1.0)
-    H = np.zeros((n + s, n + s))
-    H[:n, :n] = cost * program.hessian
-    H[range(n, n + s), range(n, n + s)] = 2.0 * cost * (program.l2 * norm**2)[soft]
-    relief = np.zeros((m, s))
-    relief[soft, range(s)] = -1.0
-    A = program.rows / norm[:, None]
-    G = np.vstack([np.hstack([A, relief]), np.hstack([-A, np.zeros((m, s))])])
-    h = np.r_[program.row_upper / norm, -program.row_lower / norm]
-    finite = np.isfinite(h)
-    problem = qpsolvers.Problem(
-        H,
-        cost * np.r_[program.gradient, (program.l1 * norm)[soft]],
-        G[finite] if finite.any() else None,
-        h[finite] if finite.any() else None,
-        None,
-        None,
-        np.r_[program.lower, np.zeros(s)],
-        np.r_[program.upper, np.full(s, np.inf)],
-    )
+    scaled = in_units(program, 1.0 / norm, cost)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of dense matrices turned into sparse ones, and of tolerances not reached
-        solution = qpsolvers.solve_problem(problem, solver=name, **TIGHT[name])
+        solution = qpsolvers.solve_problem(posed(scaled), solver=name, **TIGHT[name])
     if not solution.found or solution.x is None:
         return None
-    z = np.zeros(2 * m)
+    z, finite = np.zeros(2 * m), np.isfinite(np.r_[scaled.row_upper, -scaled.row_lower])
     if finite.any():
         z[finite] = solution.z
     bounds = np.zeros(n) if solution.z_box is None or not len(solution.z_box) else solution.z_box[:n]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
-from rumo.bench.qp_solvers import Solution
-from rumo.controllers.qp import QuadraticProgram
+from rumo.bench.qp import Solution
+from rumo.controllers.engines.qp import QuadraticProgram
 from rumo.status import Status
 
 

@@ -2,36 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from unittest.mock import patch
 
 import numpy as np
 from problems import cooled_reactor, stiff_reactor, swinging_cart
 
-import rumo
 from rumo.bench import SCENARIOS
-from rumo.controllers import condensed
-from rumo.controllers.qp import QuadraticProgram
-from rumo.registry import CONTROLLERS
-
-
-def recording(drive: Callable[[], object]) -> list[QuadraticProgram]:
-    """All programs that are solved while something drives."""
-    programs = []
-    solve = condensed.solve
-
-    def record(program, options):
-        programs.append(program)
-        return solve(program, options)
-
-    with patch.object(condensed, "solve", record):
-        drive()
-    return programs
-
-
-def reference(problem: rumo.Problem) -> rumo.RealTimeIteration:
-    return rumo.RealTimeIteration(problem, backend="reference")
+from rumo.bench.qp import ProgramRecorder
+from rumo.controllers.engines.qp import QuadraticProgram
 
 
 def study(duration: float, at_the_limit: bool = False, hard: bool = False, **changes) -> list[QuadraticProgram]:
@@ -39,12 +17,10 @@ def study(duration: float, at_the_limit: bool = False, hard: bool = False, **cha
     settings = replace(SCENARIOS["limit" if at_the_limit else "easy"], duration=duration, **changes)
     if hard:
         settings = replace(settings, penalty=None)
-
-    def drive():
-        with patch.dict(CONTROLLERS, rti=reference):
-            settings.run()
-
-    return recording(drive)
+    problem = settings.problem()
+    controller = ProgramRecorder(problem)
+    settings.scenario("rti", problem, settings.plant()).run(controller)
+    return controller.recorded
 
 
 def textbook(name: str, steps: int, seed: int = 0) -> list[QuadraticProgram]:
@@ -54,12 +30,9 @@ def textbook(name: str, steps: int, seed: int = 0) -> list[QuadraticProgram]:
     }[name]()  # fmt: skip
     rng = np.random.default_rng(seed)
 
-    def drive():
-        controller = reference(problem)
-        state = np.array(x, dtype=float)
-        for _ in range(steps):
-            plan = controller.step(state, wanted)
-            state = plan.x.values[1] if np.isfinite(plan.x.values[1]).all() else np.array(x, dtype=float)
-            state = state * (1.0 + 0.01 * rng.normal(size=state.shape))
-
-    return recording(drive)
+    controller, state = ProgramRecorder(problem), np.array(x, dtype=float)
+    for _ in range(steps):
+        plan = controller.step(state, wanted)
+        state = plan.x.values[1] if np.isfinite(plan.x.values[1]).all() else np.array(x, dtype=float)
+        state = state * (1.0 + 0.01 * rng.normal(size=state.shape))
+    return controller.recorded

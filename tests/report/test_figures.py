@@ -5,13 +5,16 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
+from problems import pendulum
 
 import rumo
-from rumo.report.charts import paper_charts
+from rumo.report.charts import Chart, Panels
 from rumo.report.figures import draw
 from rumo.report.kpis import driving_kpis
 from rumo.report.plots import plot
+from rumo.simulation.recorder import Recorder
 from rumo.studies import PaperStudy
+from rumo.studies.paper.charts import paper_charts
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +30,7 @@ def test_the_papers_figures_are_there(charts):
         "torque",
         "steering-rate",
         "tracking-error",
+        "difference",
         "step-time-rti",
         "step-time-nlp",
         "step-time-ltv",
@@ -35,6 +39,9 @@ def test_the_papers_figures_are_there(charts):
 
 def test_axes_have_units_and_lines_differ_in_more_than_colour(charts):
     for chart in charts:
+        if isinstance(chart, Panels):
+            assert all(re.search(r"\[.+\]$", title) for title, _ in chart.panels)
+            continue
         assert re.search(r"\[.+\]$", chart.x_label), chart.key
         assert re.search(r"\[.+\]$", chart.y_label) or chart.y_label == "Steps", chart.key
         looks = [(line.look.dash, line.look.width) for line in chart.lines]
@@ -42,7 +49,7 @@ def test_axes_have_units_and_lines_differ_in_more_than_colour(charts):
 
 
 def test_print_and_page_show_the_same(charts):
-    for chart in charts:
+    for chart in (chart for chart in charts if isinstance(chart, Chart)):
         printed, interactive = draw(chart).axes[0], plot(chart)
         if chart.histogram is not None:
             counts = [patch.get_height() for patch in printed.patches]
@@ -57,7 +64,7 @@ def test_print_and_page_show_the_same(charts):
 
 
 def test_legend_covers_no_data(charts):
-    for chart in charts:
+    for chart in (chart for chart in charts if isinstance(chart, Chart)):
         figure = draw(chart)
         figure.canvas.draw()
         for legend in figure.legends:
@@ -85,18 +92,73 @@ def test_kpis_of_a_made_up_log():
     assert kpis["status_counts"] == {"OPTIMAL": 3, "BAD_MEASUREMENT": 1}
 
 
-def test_show_draws_every_signal():
+@pytest.fixture
+def shown():
+    """Draws a log; the axes by the first word of their title, and the figure."""
     import matplotlib as mpl
 
     mpl.use("Agg")
-    from problems import pendulum
+    figures = []
 
+    def draw_log(log):
+        figures.append(rumo.show(log))
+        return {axes.get_title(loc="left").split()[0]: axes for axes in figures[-1].axes}, figures[-1]
+
+    yield draw_log
+    for figure in figures:
+        mpl.pyplot.close(figure)
+
+
+def names_of(axes):
+    return {label for label in axes.get_legend_handles_labels()[1] if label != "_nolegend_"}
+
+
+def test_show_draws_what_is_what_is_wanted_and_what_is_believed(shown):
+    log = PaperStudy(("rti",), duration=0.8).run()["rti"]
+    axes, figure = shown(log)
+    assert list(axes)[:11] == list(log.plant_state.values)
+    assert set(axes) >= {*log.state.values, *log.input.values, "friction_front", "friction_rear", "Status"}
+    assert axes["v_x"].get_title(loc="left") == "v_x [m/s]"
+    assert names_of(axes["v_x"]) == {"Plant", "Measured", "Estimated", "Reference"}
+    assert names_of(axes["w_fl"]) == {"Plant"}  # of which the controller knows nothing
+    assert axes["delta"].get_title(loc="right") == "limits -0.7854, 0.7854"
+    assert [text.get_text() for text in axes["Status"].get_yticklabels()] == ["OPTIMAL"]
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert legend == ["Plant", "Estimated", "Measured", "Reference", "Applied"]
+
+
+def test_show_draws_limits_that_are_near(shown):
     controller = rumo.RealTimeIteration(pendulum())
     log = rumo.simulate(controller, controller.problem.model, [0.1, 0.0], {"angle": 0.5}, 1.0)
-    figure = rumo.show(log)
-    assert [axes.get_ylabel() for axes in figure.axes if axes.get_visible()] == [
-        "angle [rad]",
-        "rate [rad/s]",
-        "torque [N m]",
-    ]
-    mpl.pyplot.close(figure)
+    axes, _ = shown(log)
+    drawn = {float(line.get_ydata()[0]) for line in axes["torque"].lines if line.get_label() == "Limit"}
+    assert drawn <= {float(log.input_lower[0]), float(log.input_upper[0])}
+
+
+def test_a_signal_that_stays_at_zero_fills_no_panel_with_rounding(shown):
+    controller = rumo.RealTimeIteration(pendulum())
+    log = rumo.simulate(controller, controller.problem.model, [0.1, 0.0], {"angle": 0.5}, 1.0)
+    log["plant"][:, 1] = 1e-14 * np.sin(np.arange(log.sizes["time"]))
+    low, high = shown(log)[0]["rate"].get_ylim()
+    assert high - low > 1.0
+
+
+def test_a_wild_measurement_does_not_flatten_the_truth(shown):
+    log = PaperStudy(("rti",), duration=0.8, estimator=None).run()["rti"]
+    log["received"][7, 1] = 100.0
+    low, high = shown(log)[0]["p_y"].get_ylim()
+    assert high - low < 10.0
+
+
+def test_show_takes_old_logs_and_those_of_a_loop_of_ones_own(shown):
+    log = PaperStudy(("rti",), duration=0.4).run()["rti"]
+    new = ["received", "true_outputs", "estimated_outputs", "true_constraints", "true_states", "constraints"]
+    axes, _ = shown(log.drop_vars([*new, "state_lower", "state_upper"]))
+    assert names_of(axes["v_x"]) == {"Plant", "Measured", "Estimated", "Reference"}
+    controller = rumo.RealTimeIteration(pendulum())
+    recorder = Recorder(controller)
+    for k in range(3):
+        plan = controller.step([0.1, 0.0], {"angle": 0.0})
+        recorder.add(plan, time=0.1 * k, measured=[0.1, 0.0], applied=plan.command.values, reference={"angle": 0.0})
+    axes, _ = shown(recorder.log())
+    assert names_of(axes["angle"]) == {"Reference", "Measured"}

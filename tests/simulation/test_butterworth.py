@@ -10,6 +10,7 @@ import rumo
 from rumo.estimation import Butterworth
 
 DT = 0.04
+NOTHING = np.zeros(0)
 
 
 def problem(units=("m",), dt=DT):
@@ -24,7 +25,7 @@ def problem(units=("m",), dt=DT):
 def filtered(samples, units=("m",), cutoff=3.5, order=1, dt=DT):
     """Estimates (K, nx) for samples (K, nx)."""
     running = Butterworth(cutoff, order).start(problem(units, dt))
-    return np.array([running(sample, np.zeros(1)) for sample in np.asarray(samples, dtype=float)])
+    return np.array([running.update(sample, np.zeros(1), NOTHING).x for sample in np.asarray(samples, dtype=float)])
 
 
 def noise(n, columns=1, seed=0):
@@ -100,22 +101,22 @@ def test_bad_sample_passes_through_and_leaves_the_memory_sound(bad):
     for k, sample in enumerate(samples):
         if k == 7:
             spoilt = np.array([bad, 0.3])
-            np.testing.assert_array_equal(running(spoilt, np.zeros(1)), spoilt)
-        results.append(running(sample, np.zeros(1)))
+            np.testing.assert_array_equal(running.update(spoilt, np.zeros(1), NOTHING).x, spoilt)
+        results.append(running.update(sample, np.zeros(1), NOTHING).x)
     np.testing.assert_array_equal(results, filtered(samples, units=("m", "rad")))
 
 
 def test_bad_first_sample_does_not_start_the_filter():
     running = Butterworth().start(problem())
-    assert np.isnan(running(np.array([np.nan]), np.zeros(1)))
-    assert running(np.array([4.0]), np.zeros(1)) == pytest.approx(4.0)
+    assert np.isnan(running.update(np.array([np.nan]), np.zeros(1), NOTHING).x)
+    assert running.update(np.array([4.0]), np.zeros(1), NOTHING).x == pytest.approx(4.0)
 
 
 def test_measurement_is_not_modified():
     running = Butterworth().start(problem(("rad",)))
     for value in (3.0, -3.0):
         sample = np.array([value])
-        running(sample, np.zeros(1))
+        running.update(sample, np.zeros(1), NOTHING)
         assert sample[0] == value
 
 

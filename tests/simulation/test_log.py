@@ -6,7 +6,8 @@ import xarray as xr
 from problems import pendulum
 
 import rumo
-from rumo.simulation import Constant, Sensors, load, save
+from rumo.simulation import Constant, load, save
+from rumo.simulation.faults import Missing
 from rumo.simulation.log import names, signal
 from rumo.studies import PaperStudy
 from rumo.vehicles import PAPER_CAR, four_wheel
@@ -23,11 +24,31 @@ DIMENSIONS = {
     "predicted_inputs": ("time", "interval", "input"),
     "slacks": ("time", "interval", "constraint"),
     "status": ("time",),
+    "cause": ("time",),
+    "received": ("time", "state"),
+    "measured_outputs": ("time", "measured_output"),
+    "received_outputs": ("time", "measured_output"),
+    "estimated_deviation": ("time", "state"),
+    "true_states": ("time", "state"),
+    "true_outputs": ("time", "output"),
+    "estimated_outputs": ("time", "output"),
+    "constraints": ("time", "interval", "constraint"),
+    "true_constraints": ("time", "constraint"),
+    "parameters": ("time", "interval", "model_parameter"),
     "prepare_time": ("time",),
     "feedback_time": ("time",),
     "step_time": ("time",),
 }
-SIGNALS = ("plant_state", "state", "input", "output", "parameter", "constraint")
+SIGNALS = (
+    "plant_state",
+    "state",
+    "input",
+    "output",
+    "parameter",
+    "constraint",
+    "measured_output",
+    "model_parameter",
+)
 
 
 def car_log():
@@ -45,18 +66,13 @@ def pendulum_log():
 
 def failed_log():
     """Every measurement is lost: NaN all over, and a status that says so."""
-
-    class Blind:
-        def start(self, problem):
-            return lambda measurement, applied: np.full_like(measurement, np.nan)
-
     return rumo.simulate(
         rumo.RealTimeIteration(pendulum()),
         pendulum().model,
         [0.1, 0.0],
         {"angle": 0.0},
         0.2,
-        sensors=Sensors(estimator=Blind()),
+        faults=[Missing(when=range(10))],
         disturbances={"gravity": Constant(9.8)},
     )
 

@@ -1,42 +1,67 @@
-"""Sensors: noise by state, and the plant seen with the controller's eyes."""
+"""Sensors: what is measured, noise by signal, lateness, and the plant seen with the controller's eyes."""
 
 import numpy as np
 import pytest
 
 import rumo
 from rumo.simulation import Sensors
-from rumo.simulation.sensors import observation
+from rumo.simulation.foreign import as_plant
 from rumo.vehicles import PAPER_CAR, dynamic_bicycle, four_wheel
 
-
-def test_states_without_noise_are_exact():
-    np.testing.assert_array_equal(Sensors().deviations(four_wheel(PAPER_CAR)), np.zeros(11))
-
-
-def test_noise_belongs_to_the_state_it_names():
-    deviations = Sensors({"psi": 0.01, "p_x": 0.05}).deviations(four_wheel(PAPER_CAR))
-    expected = np.zeros(11)
-    expected[[0, 2]] = 0.05, 0.01
-    np.testing.assert_array_equal(deviations, expected)
+PLANT, MODEL = as_plant(four_wheel(PAPER_CAR), 0.04), dynamic_bicycle(PAPER_CAR)
+X, U, P = np.arange(1.0, 12.0), np.zeros(2), np.zeros(2)
 
 
-def test_noise_on_an_unknown_state_names_the_nearest():
-    with pytest.raises(rumo.UnknownNameError, match=r"noise: got 'omga', .* Did you mean 'omega'\?"):
-        Sensors({"omga": 0.01}).deviations(four_wheel(PAPER_CAR))
-
-
-@pytest.mark.parametrize("value", [-0.1, np.nan, np.inf])
-def test_impossible_deviation_is_refused(value):
-    with pytest.raises(rumo.ArgumentError, match=r"noise\['psi'\]"):
-        Sensors({"psi": value}).deviations(four_wheel(PAPER_CAR))
+def readings(sensors, samples=500, seed=0):
+    """What the sensors say of a plant that stays where it is (K, m)."""
+    running = sensors.start(PLANT, MODEL, samples, np.random.default_rng(seed))
+    return np.array([running.read(k, X, U, P) for k in range(samples)])
 
 
 def test_plant_states_reach_the_controller_by_name():
-    plant, model = four_wheel(PAPER_CAR), dynamic_bicycle(PAPER_CAR)
-    x = np.arange(1.0, 12.0)
-    seen = observation(plant, model)(x, np.zeros(2), np.zeros(2)).full().ravel()
     # Body states as they are, the means of each axle's wheels (7, 8) and (9, 10), the steering angle last.
-    assert seen.tolist() == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.5, 9.5, 11.0]
+    exact = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.5, 9.5, 11.0]
+    np.testing.assert_array_equal(readings(Sensors(), 3), np.tile(exact, (3, 1)))
+
+
+def test_noise_belongs_to_the_signal_it_names():
+    noise = readings(Sensors({"psi": 0.01, "p_x": 0.05})) - readings(Sensors())
+    # Standard error of a deviation over 500 samples: 3 %; four of them.
+    np.testing.assert_allclose(noise.std(axis=0)[[0, 2]], [0.05, 0.01], rtol=0.13)
+    np.testing.assert_array_equal(noise[:, [1, *range(3, 9)]], 0.0)
+
+
+def test_outputs_have_the_noise_of_the_states_or_their_own():
+    both = readings(Sensors({"w_fl": 0.2, "w_fr": 0.2}, ("w_f",)))
+    own = readings(Sensors({"w_fl": 0.2, "w_fr": 0.2, "w_f": 0.01}, ("w_f",)))
+    np.testing.assert_allclose(both.std(axis=0), 0.2 / np.sqrt(2.0), rtol=0.13)
+    np.testing.assert_allclose(own.std(axis=0), 0.01, rtol=0.13)
+    np.testing.assert_allclose([both.mean(), own.mean()], 7.5, atol=0.03)
+
+
+def test_what_is_measured_and_when():
+    plain = readings(Sensors({"psi": 0.1}, ("v_x", "psi")))
+    late = readings(Sensors({"psi": 0.1}, ("v_x", "psi"), late={"psi": 3}))
+    np.testing.assert_array_equal(late[:, 0], 4.0)
+    assert np.isnan(late[:3, 1]).all()
+    np.testing.assert_array_equal(late[3:, 1], plain[:-3, 1])
+
+
+@pytest.mark.parametrize(
+    ("sensors", "message"),
+    [
+        (Sensors({"omga": 0.01}), r"noise: got 'omga', .* Did you mean 'omega'\?"),
+        (Sensors({"psi": -0.1}), r"noise\['psi'\]: got -0.1, expected a standard deviation"),
+        (Sensors({"psi": np.nan}), r"noise\['psi'\]: got nan, expected a finite number"),
+        (Sensors({"psi": np.inf}), r"noise\['psi'\]: got inf, expected a finite number"),
+        (Sensors(measured=("psi", "gps")), "measured: got 'gps', expected one of p_x"),
+        (Sensors(late={"psy": 1}), r"late: got 'psy', .* Did you mean 'psi'\?"),
+        (Sensors(late={"psi": -1}), r"late\['psi'\]: got -1, expected a whole number"),
+    ],
+)
+def test_settings_are_checked(sensors, message):
+    with pytest.raises(rumo.ArgumentError, match=message):
+        sensors.check(PLANT, MODEL)
 
 
 def test_missing_plant_output_is_named():
@@ -49,4 +74,4 @@ def test_missing_plant_output_is_named():
         dynamics=lambda x, u, p: {"angle": x.rate, "rate": u.torque},
     )
     with pytest.raises(rumo.UnknownNameError, match=r"got 'rate', expected one of angle\. Give blind an output"):
-        observation(blind, model)
+        Sensors().check(as_plant(blind, 0.1), model)

@@ -12,21 +12,14 @@ from typer.testing import CliRunner
 import rumo
 from rumo.cli import app
 from rumo.registry import DISCRETIZATIONS
-from rumo.report.discretization import (
-    LABELS,
-    cheapest,
-    find,
-    findings,
-    order_table,
-    outcome_table,
-    properties_table,
-    summary,
-)
-from rumo.report.discretization_charts import LOOKS
-from rumo.studies.cases import CASES
 from rumo.studies.discretization import DiscretizationStudy
-from rumo.studies.one_mode import damping
-from rumo.studies.prediction import ReferenceSolution
+from rumo.studies.discretization.cases import CASES
+from rumo.studies.discretization.charts import LOOKS
+from rumo.studies.discretization.one_mode import damping
+from rumo.studies.discretization.prediction import ReferenceSolution
+from rumo.studies.discretization.report import find, findings
+from rumo.studies.discretization.summary import LABELS, summary
+from rumo.studies.discretization.tables import cheapest, order_table, outcome_table, properties_table
 
 SCHEMES = ("implicit-euler", "trapezoidal", "radau2", "rk4")
 
@@ -98,7 +91,7 @@ def test_only_l_stable_schemes_forget_a_perturbation(content):
 
 
 def test_explicit_schemes_get_as_many_substeps_as_are_stable(results):
-    result = results.cases["robertson"]
+    result = results["robertson"]
     step = result.stable_steps["rk4"]
     assert set(result.stable_steps) == {"rk4"}
     # All modes are real there, and RK4 is stable up to 2.785 on the real axis.
@@ -120,7 +113,7 @@ def test_times_are_those_of_the_phases(content):
 
 def test_the_closed_loop_is_the_problems(results):
     case = CASES["robertson"]()
-    outcome = next(o for o in results.cases["robertson"].outcomes if (o.scheme, o.step) == ("radau2", 4.0))
+    outcome = next(o for o in results["robertson"].outcomes if (o.scheme, o.step) == ("radau2", 4.0))
     problem = case.problem(4.0)
     controller = rumo.RealTimeIteration(problem, rumo.Radau2(), backend="reference")
     log = rumo.simulate(controller, problem.model, case.start, case.reference, case.duration)
@@ -156,7 +149,7 @@ def test_tables_and_sentences_show_the_summary(content):
     table = outcome_table(case, content["schemes"])
     assert len(table.rows) == len(SCHEMES) * 4
     rk4 = find(case, "rk4", 2.0)
-    assert any(f"RK4 needs {rk4['substeps']} substeps" in sentence for sentence in findings(content))
+    assert any(f"RK4 needs {rk4['substeps']:,} substeps" in sentence for sentence in findings(content))
     rows = {row[0]: row for row in properties_table(content).rows}
     assert rows["Trapezoidal"][1:5] == ["2", "yes", "no", "1"]
     orders = {row[0]: row[1:4] for row in order_table(content).rows}

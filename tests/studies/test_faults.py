@@ -7,11 +7,12 @@ import pytest
 from typer.testing import CliRunner
 
 import rumo
+import rumo.simulation.faults
 from rumo.cli import app
-from rumo.report.faults import fault_panels, faults_table, outcome, summary
 from rumo.report.figures import draw
 from rumo.report.plots import plot
-from rumo.studies.faults import CONTROLLERS, FAULTS, Drive, Fault, FaultStudy
+from rumo.studies.faults.report import fault_panels, faults_table, outcome, summary
+from rumo.studies.faults.study import FAULTS, Drive, FaultStudy, Trouble
 
 CASES = {"rti portable": ("rti", "portable"), "rti reference": ("rti", "reference"), "nlp": ("nlp", "portable")}
 BAD_MEASUREMENTS = ("nan", "infinite", "jump", "spin", "frozen", "missing")
@@ -89,18 +90,6 @@ def test_the_undisturbed_drive_starts_on_its_path(drives):
     assert log.attrs["bad_samples"] == 5
 
 
-def test_budgets_are_given_back():
-    nlp = CONTROLLERS["nlp"](FaultStudy().base.problem())
-    rti = CONTROLLERS["rti"](FaultStudy().base.problem())
-    usual = nlp.options.max_iterations, rti.qp.max_iterations
-    for controller in (nlp, rti):
-        FAULTS["budget"].before(controller)
-    assert (nlp.options.max_iterations, rti.qp.max_iterations) == (0, 0)
-    for controller in (nlp, rti):
-        FAULTS["budget"].after(controller)
-    assert (nlp.options.max_iterations, rti.qp.max_iterations) == usual
-
-
 def test_without_the_gate_the_jump_loses_the_car():
     result = outcome(FaultStudy(("rti",), ("jump",), gate=None).run()["rti"]["jump"])
     assert result["largest_error_m"] > 5.0
@@ -116,10 +105,11 @@ def test_other_seeds_recover_as_well():
 
 
 def test_a_controller_that_raises_is_a_result(monkeypatch):
-    def explode(controller):
-        raise ZeroDivisionError("no")
+    class Bomb(rumo.simulation.faults.Fault):
+        def around(self, controller):
+            raise ZeroDivisionError("no")
 
-    monkeypatch.setitem(FAULTS, "bomb", Fault("A bomb", before=explode))
+    monkeypatch.setitem(FAULTS, "bomb", Trouble("A bomb", Bomb(range(0))))
     study = FaultStudy(("rti",), ("none", "bomb"), duration=3.4)
     drives = study.run()
     content = summary(study, drives)["controllers"]["rti"]["bomb"]

@@ -13,20 +13,13 @@ from rumo.cli import app
 from rumo.controllers import DirectNlp
 from rumo.estimation import Butterworth
 from rumo.report.figures import draw
-from rumo.report.linearization import (
-    closed_loop_cost,
-    findings,
-    linearization_panels,
-    linearization_sections,
-    outcome,
-    overview_table,
-    summary,
-    sweep_table,
-)
 from rumo.report.plots import plot
+from rumo.simulation import Scenario
 from rumo.status import Status
-from rumo.studies import paper
 from rumo.studies.linearization import BASE, SWEEPS, LinearizationStudy, StartedNlp
+from rumo.studies.linearization.charts import linearization_panels
+from rumo.studies.linearization.report import findings, overview_table, report, sweep_table
+from rumo.studies.linearization.summary import closed_loop_cost, outcome, summary
 
 STUDY = LinearizationStudy(sweeps={"initial_error": (0.0, 4.0), "noise": (1.0,)})
 PROBLEM = BASE.problem()
@@ -67,13 +60,13 @@ def test_four_metres_beside_the_path_only_ltv_is_lost(content):
 def test_ltv_does_not_know_how_much_the_tyres_can_hold(monkeypatch):
     # On the reference no tyre slips, and there the squares in the friction circles have no slope.
     study = LinearizationStudy(("rti", "ltv"), {"initial_error": (4.0,)}, duration=2.0)
-    limited = study.run()["initial_error"]
-    monkeypatch.setattr("rumo.studies.paper.friction_circles", lambda *_: {})
-    unlimited = study.run()["initial_error"]
-    assert limited["ltv"][0].sizes["constraint"] > unlimited["ltv"][0].sizes["constraint"]
+    limited = study.run()["initial_error"][4.0]
+    monkeypatch.setattr("rumo.studies.paper.study.friction_circles", lambda *_: {})
+    unlimited = replace(study).run()["initial_error"][4.0]
+    assert limited["ltv"].sizes["constraint"] > unlimited["ltv"].sizes["constraint"]
     for name, same in (("ltv", True), ("rti", False)):
         # Later, a car that spins magnifies rounding.
-        commands = [logs[name][0].commanded.values[:10] for logs in (limited, unlimited)]
+        commands = [logs[name].commanded.values[:10] for logs in (limited, unlimited)]
         assert np.allclose(*commands, rtol=0.0, atol=1e-6) == same
 
 
@@ -95,9 +88,10 @@ def test_the_filters_lag_makes_ltv_better_and_noise_makes_it_worse(content):
 def test_the_summary_says_what_the_logs_say(logs, content):
     weights = {"p_x": 10.0 / 50.0**2, "p_y": 10.0 / 6.0**2, "psi": 1.0 / 0.6**2, "v_x": 1.0 / 10.0**2}
     moves = {"torque": 5.0 / 600.0**2, "steering_rate": 5.0 / 3.0**2}
-    for sweep, by_controller in logs.items():
-        for name, each in by_controller.items():
-            for log, run in zip(each, content["sweeps"][sweep]["controllers"][name], strict=True):
+    for sweep, by_value in logs.items():
+        for i, by_name in enumerate(by_value.values()):
+            for name, log in by_name.items():
+                run = content["sweeps"][sweep]["controllers"][name][i]
                 plant, wanted = (log[key].to_dataset(log[key].dims[-1]) for key in ("plant", "reference"))
                 applied = log.applied.to_dataset("input")
                 cost = sum(w * float(((plant[y] - wanted[y])[1:] ** 2).sum()) for y, w in weights.items())
@@ -115,7 +109,7 @@ def test_the_summary_says_what_the_logs_say(logs, content):
 
 
 def test_what_counts_as_lost(logs):
-    log, steps = logs["initial_error"]["rti"][0], 200
+    log, steps = logs["initial_error"][0.0]["rti"], 200
     psi, p_x = (list(log.plant_state.values).index(name) for name in ("psi", "p_x"))
 
     def lost(samples, state, by):
@@ -133,9 +127,9 @@ def test_what_counts_as_lost(logs):
 
 def test_a_plant_that_cannot_be_integrated_is_a_lost_drive(logs, monkeypatch):
     def fail(*arguments, **options):
-        raise rumo.PlantError("no", logs["initial_error"]["rti"][0].isel(time=slice(0, 20)))
+        raise rumo.PlantError("no", logs["initial_error"][0.0]["rti"].isel(time=slice(0, 20)))
 
-    monkeypatch.setattr(paper, "simulate", fail)
+    monkeypatch.setattr(Scenario, "run", fail)
     study = LinearizationStudy(("rti",), {"speed": (30.0,)})
     broken = study.run()
     (run,) = summary(study, broken)["sweeps"]["speed"]["controllers"]["rti"]
@@ -148,7 +142,7 @@ def test_a_plant_that_cannot_be_integrated_is_a_lost_drive(logs, monkeypatch):
 @pytest.mark.parametrize("error", [8.0, 12.0])
 def test_ipopt_started_from_a_plan_finds_its_way_from_afar(error):
     study = LinearizationStudy(("nlp",), {"initial_error": (error,)}, duration=0.4)
-    log = study.run()["initial_error"]["nlp"][0]
+    log = study.run()["initial_error"][error]["nlp"]
     assert all(Status[status].solved for status in log.status.values)
 
 
@@ -199,7 +193,11 @@ def test_tables_and_figures_show_the_summary(content, logs):
     table = sweep_table(content["sweeps"]["initial_error"])
     assert table.heads[:4] == ["Initial distance from the path [m]", "RTI\ncost", "Direct NLP\ncost", "LTV\ncost"]
     assert [row[3] for row in table.rows] == ["0.285", "lost"]
-    assert [row[1] for row in overview_table(content).rows[:3]] == ["-", "-", "4 m"]
+    assert [row[:3] for row in overview_table(content).rows[:3]] == [
+        ["Initial distance from the path", "RTI", "-"],
+        ["", "Direct NLP", "-"],
+        ["", "LTV", "4 m"],
+    ]
     figures = linearization_panels(content, logs)
     assert [figure.key for figure in figures] == ["cost", "cost-over-nlp", "error", "trajectories"]
     for figure in figures:
@@ -209,19 +207,20 @@ def test_tables_and_figures_show_the_summary(content, logs):
     cost = dict(figures[0].panels)["Initial distance from the path [m]"]
     lost = next(line for line in cost if line.name == "Lost")
     assert lost.x[np.isfinite(lost.x)].tolist() == [4.0]
-    assert len(linearization_sections(content, figures)) == 2 + len(STUDY.sweeps)
+    assert len(report(STUDY, logs).sections) == 2 + len(STUDY.sweeps)
 
 
 def test_progress_is_told_by_sweep():
     told = []
     study = LinearizationStudy(("rti", "ltv"), {"speed": (8.0, 9.0), "heading": (0.1,)}, duration=0.08)
     study.run(lambda *state: told.append(state))
-    assert told == [*(("speed", done, 4) for done in (1, 2, 3, 4)), ("heading", 1, 2), ("heading", 2, 2)]
+    halves = [("speed", done / 2, 4) for done in range(9)] + [("heading", done / 2, 2) for done in range(5)]
+    assert list(dict.fromkeys(told)) == halves
 
 
 def test_a_drive_beside_the_path_costs_by_the_square(logs):
     # Held still in its errors, the cost is that of one sample times their number.
-    log = logs["initial_error"]["rti"][0].copy(deep=True)
+    log = logs["initial_error"][0.0]["rti"].copy(deep=True)
     for name in ("p_x", "p_y", "psi", "v_x"):
         log.plant.loc[{"plant_state": name}] = log.reference.sel(output=name).values
     log.applied.values[:] = 0.0

@@ -9,13 +9,13 @@ import io
 import itertools
 import tempfile
 import warnings
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from rumo.bench.augmented import augment, constant
 from rumo.problem import Problem
 from rumo.signals import Array
 from rumo.transcription import Transcription
@@ -65,7 +65,7 @@ class AcadosRti:
         self.status = 0
         acados: Any = importlib.import_module("acados_template")
         self._infinity: float = acados.ACADOS_INFTY
-        self._augmented = augmented = _augment(problem)
+        self._augmented = augmented = augment(problem)
         N = problem.horizon
 
         ocp = acados.AcadosOcp()
@@ -161,7 +161,7 @@ class AcadosRti:
         """Linear least squares where the outputs are affine; acados halves the weights."""
         problem, x, u, y = self.problem, self._augmented.x, self._augmented.u, self._augmented.outputs
         linear = not ca.depends_on(ca.jacobian(y, x), x)
-        self._offset = _values(ca.substitute(y, x, 0)).ravel() if linear else np.zeros(y.numel())
+        self._offset = constant(ca.substitute(y, x, 0)).ravel() if linear else np.zeros(y.numel())
         R = 2.0 * problem.move_weights * problem.input_scales**2
         self._tracking = 2.0 * problem.output_weights
         self._moving = np.vstack([R[problem.delay :], np.tile(R[-1], (problem.delay, 1))])
@@ -178,9 +178,9 @@ class AcadosRti:
             if not linear:
                 setattr(ocp.model, f"cost_y_expr{stage}", residual)
                 continue
-            setattr(ocp.cost, f"Vx{stage}", _values(ca.jacobian(residual, x)))
+            setattr(ocp.cost, f"Vx{stage}", constant(ca.jacobian(residual, x)))
             if stage != "_e":
-                setattr(ocp.cost, f"Vu{stage}", _values(ca.jacobian(residual, u)))
+                setattr(ocp.cost, f"Vu{stage}", constant(ca.jacobian(residual, u)))
 
     def _set_constraints(self, ocp: Any) -> None:
         """Hard limits of a single state as simple bounds, other rows as nonlinear constraints."""
@@ -191,7 +191,7 @@ class AcadosRti:
         constraints.ubu = self._limits(problem.input_upper / problem.input_scales)
         moved = np.flatnonzero(np.isfinite(problem.move_lower) | np.isfinite(problem.move_upper))
         if moved.size:
-            constraints.C = _values(-ca.jacobian(x[-u.numel() :], x))[moved]
+            constraints.C = constant(-ca.jacobian(x[-u.numel() :], x))[moved]
             constraints.D = np.eye(u.numel())[moved]
             constraints.lg = self._limits((problem.move_lower / problem.input_scales)[moved])
             constraints.ug = self._limits((problem.move_upper / problem.input_scales)[moved])
@@ -202,10 +202,10 @@ class AcadosRti:
         for k, (item, row) in enumerate(zip(problem.constraints, self._augmented.rows, strict=True)):
             gradient = ca.jacobian(row, x)
             if item.penalty is None and gradient.nnz() == 1 and gradient.is_constant():
-                slope = _values(gradient).ravel()
+                slope = constant(gradient).ravel()
                 j = int(np.flatnonzero(slope)[0])
                 side = bounds.setdefault(j, [-self._infinity, self._infinity])
-                side[int(slope[j] > 0.0)] = -float(_values(ca.substitute(row, x, 0)).item()) / slope[j]
+                side[int(slope[j] > 0.0)] = -float(constant(ca.substitute(row, x, 0)).item()) / slope[j]
                 self._bounded.setdefault(j, []).append(k)
             else:
                 self._nonlinear.append(k)
@@ -243,70 +243,3 @@ class AcadosRti:
 
     def _limits(self, values: Array) -> Array:
         return np.clip(values, -self._infinity, self._infinity)
-
-
-@dataclass(frozen=True)
-class _Augmented:
-    """The model with `memory` decided inputs, in units of their ranges, appended to its state.
-
-    `residual` of x, xdot and u is the implicit differential equation; `step`, with its `jacobian` by (u, x), is one
-    Newton step of implicit Euler from the `guess` of the model's next state.
-    """
-
-    x: Any
-    xdot: Any
-    u: Any
-    guess: Any
-    residual: Any
-    step: Any
-    jacobian: Any
-    outputs: Any
-    rows: list[Any]
-    memory: int
-
-
-def _augment(problem: Problem) -> _Augmented:
-    model, d, dt = problem.model, problem.delay, problem.sampling_time
-    nx, nu, p = len(model.states), len(model.inputs), ca.DM(problem.parameters[0])
-    expressions = ca.vertcat(*problem.output_rows, *(item.row for item in problem.constraints))
-    # Outputs and constraints at stage i may depend on u_{i-1}, as moves without delay do.
-    past = d == 0 or ca.depends_on(expressions, model.u)
-    memory = d + 1 if past else d
-    x, xdot = (ca.SX.sym(name, nx + memory * nu) for name in ("x", "xdot"))
-    u, guess, scale = ca.SX.sym("u", nu), ca.SX.sym("guess", nx), ca.DM(problem.input_scales)
-
-    def held(inputs: Any) -> Any:
-        return scale * inputs[(memory - d) * nu :][:nu]
-
-    # The inputs decided at the beginning of the step and the new one; at its end each has moved up.
-    inputs = ca.vertcat(x[nx:] - dt * xdot[nx:], u)
-    residual = ca.vertcat(xdot[:nx] - model.f(x[:nx], held(inputs), p), (x[nx:] - inputs[nu:]) / dt)
-    inputs = ca.vertcat(x[nx:], u)
-    ux = ca.vertcat(u, x)
-    defect = guess - x[:nx] - dt * model.f(guess, held(inputs), p)
-    inverse = _inverse(ca.jacobian(defect, guess))
-    step = ca.vertcat(guess - inverse @ defect, inputs[nu:])
-    jacobian = ca.vertcat(-inverse @ ca.jacobian(defect, ux), ca.jacobian(inputs[nu:], ux))
-
-    previous = scale * x[nx : nx + nu] if past else ca.DM.zeros(nu)
-    values = ca.Function("values", [model.x, model.u, model.p], [expressions])(x[:nx], previous, p)
-    ny = len(problem.output_rows)
-    rows = ca.vertsplit(values)[ny:]
-    return _Augmented(x, xdot, u, guess, residual, step, jacobian, values[:ny], rows, memory)
-
-
-def _inverse(matrix: Any) -> Any:
-    """Symbolic Gauss-Jordan elimination, skipping structural zeros; no pivoting."""
-    n = matrix.shape[0]
-    rows = [ca.horzcat(matrix[i, :], ca.SX.eye(n)[i, :]) for i in range(n)]
-    for k in range(n):
-        rows[k] = ca.sparsify(rows[k] / rows[k][k])
-        for i in range(n):
-            if i != k and rows[i].sparsity().has_nz(0, k):
-                rows[i] = ca.sparsify(rows[i] - rows[i][k] * rows[k])
-    return ca.vertcat(*rows)[:, n:]
-
-
-def _values(expression: Any) -> Array:
-    """The numbers of a constant expression."""
-    return np.array(ca.evalf(expression))

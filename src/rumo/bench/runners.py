@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rumo.controllers import Controller, DirectNlp, RealTimeIteration
-from rumo.controllers.compiled import CompiledRti
 from rumo.discretization import Discretization
 from rumo.problem import Problem
 from rumo.signals import Array
@@ -37,7 +36,7 @@ MANY_SUBSTEPS = 50
 def _core(recording: Recording, backend: str, scheme: Discretization | None = None) -> Array:
     """The C core by itself: the loop over samples is in C, and so is the clock."""
     controller = RealTimeIteration(recording.problem, scheme, backend=backend)
-    if not isinstance(controller, CompiledRti):
+    if controller.backend == "reference":
         return _python(controller, recording)
     steps = SLOW_STEPS if scheme and scheme.substeps > MANY_SUBSTEPS else len(recording)
     times = controller.replay(recording.x[:steps], recording.reference[:steps], recording.applied[:steps])

@@ -1,5 +1,5 @@
 """The command `rumo`."""
 
-from rumo.cli.app import app
+from rumo.cli.app import app, main
 
-__all__ = ["app"]
+__all__ = ["app", "main"]

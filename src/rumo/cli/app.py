@@ -1,27 +1,32 @@
-"""The application: its commands, `--version` and `models`."""
+"""The application: its commands, `--version`, and what becomes of an output that nobody takes."""
 
 from __future__ import annotations
 
+import os
+import sys
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table as RichTable
-from rich.text import Text
 
 import rumo
 from rumo.cli.bench import bench
+from rumo.cli.models import models
 from rumo.cli.studies import study
 
 app = typer.Typer(
-    help=rumo.__doc__, no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False
+    help=rumo.__doc__,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command()(bench)
 app.add_typer(study, name="study")
+app.command()(models)
 
 
 @app.callback(invoke_without_command=True)
-def main(
+def options(
     version: Annotated[bool, typer.Option("--version", help="Print the version and exit.", is_eager=True)] = False,
 ) -> None:
     """Nonlinear model predictive control of stiff systems, road vehicles first."""
@@ -30,16 +35,26 @@ def main(
         raise typer.Exit
 
 
-@app.command()
-def models() -> None:
-    """List the models that come with Rumo, with their signals and units."""
-    from rumo.registry import MODELS
+def main() -> None:
+    """Run the command; a full disk is one line on standard error, and a reader that has gone away is silence."""
+    code: int | str | None = 0
+    try:
+        try:
+            app(prog_name="rumo")
+        except SystemExit as end:
+            code = end.code
+        sys.stdout.flush()
+    except BrokenPipeError:
+        code = _give_up_output()
+    except OSError as error:
+        code = _give_up_output()
+        print(f"Error: the output cannot be written: {error}", file=sys.stderr)
+    except KeyboardInterrupt:
+        code = 130
+    sys.exit(code)
 
-    for name, make in MODELS.items():
-        model = make()
-        grid = RichTable(box=None, show_header=False, pad_edge=False, title=name, title_justify="left")
-        for signals in model.signals:
-            if len(signals):
-                row = (f"  {signals.role}", ", ".join(f"{key} [{signals.unit(key)}]" for key in signals))
-                grid.add_row(*map(Text, row))
-        Console().print(grid, "")
+
+def _give_up_output() -> int:
+    """So that Python does not try, and complain, once more at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 1

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from rumo.cli.console import errors_in_words, print_table, progress_bars, words, writable, write_json
-from rumo.errors import UnknownNameError
+from rumo.checks import known_names
+from rumo.cli.console import Json, Quiet, errors_in_words, print_json, print_report, words
+from rumo.cli.progress import progress
 
 
 def bench(
@@ -23,46 +23,37 @@ def bench(
             help="Discretisation schemes, comma-separated: NAME or NAME:SUBSTEPS, or all, instead of controllers."
         ),
     ] = None,
-    json_file: Annotated[Path | None, typer.Option("--json", help="File for the figures.")] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Measure how long a step takes: one recorded drive, replayed through every controller."""
     with errors_in_words():
         from rumo.bench import SCENARIOS, measure, record, summary
-        from rumo.bench.qp_solvers import installed, measure_solvers, record_programs
-        from rumo.bench.report import percentile_table, solver_summary, solver_table, sweep_table
+        from rumo.bench.qp import installed, measure_solvers, record_programs
+        from rumo.bench.report import report, solver_summary
         from rumo.bench.runners import available
         from rumo.bench.schemes import schemes_of
         from rumo.registry import DISCRETIZATIONS
 
         chosen = list(DISCRETIZATIONS) if scheme == "all" else words(scheme)
         names = (available() if not chosen else []) if controllers is None else words(controllers)
-        for name in names:
-            if name not in available():
-                raise UnknownNameError("--controllers", name, available())
-        if scenario not in SCENARIOS:
-            raise UnknownNameError("--scenario", scenario, SCENARIOS)
-        if json_file is not None:
-            writable(json_file.parent)
+        known_names(names or ["rti"], "--controllers", available())
+        known_names([scenario], "--scenario", SCENARIOS)
         names = list(dict.fromkeys(["rti", *names]))
         alone = not sweep and controllers is None and not chosen
         cases = [(drive, N) for drive in SCENARIOS for N in (15, 30, 50, 100)] if sweep else [(scenario, horizon)]
         runs: list[dict[str, Any]] = []
-        with progress_bars() as progress:
-            task = progress.add_task("replay", total=len(cases))
+        with progress(quiet) as told:
             for drive, N in cases:
+                told("replay", len(runs), len(cases))
                 recording = record(drive, N, steps)
                 runs.append(summary(measure(recording, names, schemes_of(chosen, recording)), N, drive))
                 if alone:
                     solved = measure_solvers(record_programs(recording), installed())
                     runs[-1]["qp_solvers"] = solver_summary(solved)
-                progress.advance(task)
-        title = f"Microseconds; {runs[0]['machine']['processor']}"
-        if sweep:
-            print_table(sweep_table(runs), f"{title}; medians of preparation + feedback (ratio of the sum)")
-        else:
-            print_table(percentile_table(runs[0]), f"{title}; N = {horizon}, {scenario}")
-        if alone:
-            print_table(solver_table(runs[0]["qp_solvers"]), "QP solvers, cold, called from Python; microseconds")
-        if json_file is not None:
-            content = {"machine": runs[0]["machine"], "runs": runs} if sweep else runs[0]
-            write_json(content, json_file)
+            told("replay", len(runs), len(cases))
+        measured = report(runs)
+        if as_json:
+            print_json(measured.summary)
+        elif not quiet:
+            print_report(measured)

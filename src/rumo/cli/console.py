@@ -1,26 +1,30 @@
-"""What the commands share: errors in words, folders, progress, tables, and the files of a study."""
+"""What the commands share: options, errors in words, folders, tables and sentences."""
 
 from __future__ import annotations
 
 import json
-import sys
+import re
 import tempfile
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+import textwrap
+from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table as RichTable
 from rich.text import Text
 
 from rumo.errors import ArgumentError, RumoError
+from rumo.files import write_whole
+from rumo.report.contents import Report
 from rumo.report.tables import Table
 
-if TYPE_CHECKING:
-    from rumo.report.charts import Chart, Panels
+Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
+
+GAP = 2
+"""Between columns of a table."""
 
 
 def words(text: str | None) -> list[str]:
@@ -34,8 +38,18 @@ def errors_in_words() -> Generator[None]:
     try:
         yield
     except RumoError as error:
-        Console(stderr=True).print(f"Error: {error}", style="bold red", soft_wrap=True, highlight=False, markup=False)
+        print_error(str(error))
         raise typer.Exit(2) from None
+
+
+def print_error(text: str) -> None:
+    """One line on standard error."""
+    Console(stderr=True).print(f"Error: {text}", style="bold red", soft_wrap=True, highlight=False, markup=False)
+
+
+def print_note(text: str) -> None:
+    """One line on standard error that is no error."""
+    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
 
 
 def writable(folder: Path) -> Path:
@@ -51,53 +65,74 @@ def writable(folder: Path) -> Path:
     return folder
 
 
-def write_study(
-    content: Mapping[str, Any], figures: Sequence[Chart | Panels], folder: Path, progress: Progress
-) -> None:
-    """A study's summary and figures."""
-    from rumo.report.figures import write_figures
-
-    write_json(content, folder / "summary.json")
-    task = progress.add_task("figures", total=len(figures))
-    for figure in figures:
-        write_figures([figure], folder)
-        progress.advance(task)
-
-
 def write_json(content: Mapping[str, Any], path: Path) -> None:
     """For machines."""
-    path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    write_whole(path, lambda place: place.write_text(_json(content) + "\n", encoding="utf-8"))
 
 
-def progress_bars() -> Progress:
-    """On standard error, where a person watches."""
-    return Progress(
-        TextColumn("{task.description:>8}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        console=Console(stderr=True),
-        disable=not sys.stderr.isatty(),
-    )
+def print_json(content: Mapping[str, Any]) -> None:
+    """For machines, on standard output."""
+    typer.echo(_json(content))
 
 
-def tasks(progress: Progress, names: Iterable[str]) -> Callable[[str, int, int], None]:
-    """A bar for each name; what is returned tells them (name, done, all)."""
-    bars = {name: progress.add_task(name, total=None) for name in names}
-    return lambda name, done, every: progress.update(bars[name], completed=done, total=every)
+def _json(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, indent=2, allow_nan=False)
 
 
-def print_sentences(sentences: Iterable[str]) -> None:
-    """A line for each, however long, on the terminal."""
-    for sentence in sentences:
-        Console().print(sentence, soft_wrap=True, highlight=False)
+def print_lines(lines: Iterable[str]) -> None:
+    """A line for each sentence, however long, on the terminal."""
+    for line in lines:
+        Console().print(line, soft_wrap=True, highlight=False, markup=False)
 
 
-def print_table(table: Table, title: str) -> None:
-    """A table on the terminal."""
-    rich_table = RichTable(title=title, title_justify="left")
-    for i, head in enumerate(table.heads):
-        rich_table.add_column(Text(head), justify="right" if i else "left", overflow="fold")
-    for row in table.rows:
-        rich_table.add_row(*map(Text, row))
-    Console().print(rich_table)
+def print_report(report: Report) -> None:
+    """Sentences and tables of a report's brief sections."""
+    if report.warning:
+        print_lines([report.warning])
+    for section in report.sections:
+        if section.brief:
+            for item in section.content:
+                if isinstance(item, Table):
+                    print_table(item, section.heading)
+                elif isinstance(item, str):
+                    print_lines([item])
+
+
+def print_table(table: Table, title: str, console: Console | None = None) -> None:
+    """A table on the terminal, as narrow as it must be, without splitting words."""
+    console = console or Console()
+    columns = [[head, *(row[i] for row in table.rows)] for i, head in enumerate(table.heads)]
+    widths = _widths(columns, console.width - GAP * (len(columns) - 1))
+    wrapped = [[_wrapped(text, width) for text in column] for column, width in zip(columns, widths, strict=True)]
+    console.print(Text(f"\n{title}", style="bold"))
+    for i, cells in enumerate(zip(*wrapped, strict=True)):
+        height = max(map(len, cells))
+        for line in range(height):
+            # Heads stand on the rule below them, rows hang from the line above.
+            shown = [line - height + len(cell) if i == 0 else line for cell in cells]
+            texts = [cell[k] if 0 <= k < len(cell) else "" for cell, k in zip(cells, shown, strict=True)]
+            aligned = [
+                text.ljust(width) if k in table.words else text.rjust(width)
+                for k, (text, width) in enumerate(zip(texts, widths, strict=True))
+            ]
+            console.print(Text((" " * GAP).join(aligned).rstrip()), soft_wrap=True)
+        if i == 0:
+            console.print(Text("\u2500" * (sum(widths) + GAP * (len(widths) - 1))), soft_wrap=True)
+
+
+def _widths(columns: list[list[str]], room: int) -> list[int]:
+    """Of columns: the widest give way first, none by more than its longest word."""
+    widths = [max(len(line) for text in column for line in text.split("\n")) for column in columns]
+    least = [max((len(word) for text in column for word in re.split("[ \n]", text)), default=0) for column in columns]
+    while sum(widths) > room and widths != least:
+        i = max((i for i in range(len(widths)) if widths[i] > least[i]), key=widths.__getitem__)
+        widths[i] -= 1
+    return widths
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    """Lines of a cell, broken at spaces that may be broken at."""
+    lines = [
+        textwrap.wrap(line, max(width, 1), break_long_words=False, break_on_hyphens=False) for line in text.split("\n")
+    ]
+    return [part.replace("\u00a0", " ") for parts in lines for part in parts or [""]]

@@ -1,18 +1,27 @@
 """Controllers: the same problem, solved in different ways."""
 
 from rumo.controllers.base import Controller
-from rumo.controllers.gate import InnovationGate
 from rumo.controllers.ltv import LinearTimeVarying
-from rumo.controllers.nlp import DirectNlp, NlpOptions
-from rumo.controllers.qp import QpOptions
+from rumo.controllers.nlp import DirectNlp
 from rumo.controllers.rti import RealTimeIteration
+from rumo.controllers.settings import (
+    ControllerSettings,
+    InnovationGate,
+    LtvSettings,
+    NlpSettings,
+    QpOptions,
+    Settings,
+)
 
 __all__ = [
     "Controller",
+    "ControllerSettings",
     "DirectNlp",
     "InnovationGate",
     "LinearTimeVarying",
-    "NlpOptions",
+    "LtvSettings",
+    "NlpSettings",
     "QpOptions",
     "RealTimeIteration",
+    "Settings",
 ]

@@ -1,60 +1,107 @@
-"""What all controllers share: their interface, and checks on what comes in."""
+"""What all controllers share: their interface, around the engine that computes their steps."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Generic
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import as_mapping, as_numbers, checked
+from rumo.checks import as_mapping, checked
+from rumo.controllers.arguments import Inputs, ReferenceWindow, decided_inputs
+from rumo.controllers.engines.base import Engine
+from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.explanation import Explanation, explain, local_error
-from rumo.controllers.gate import WIDE_GATE, InnovationGate
-from rumo.discretization import Discretization
-from rumo.errors import ArgumentError, ShapeError, UnknownNameError
-from rumo.plan import Plan, PlanLayout
+from rumo.controllers.settings import S, changed
+from rumo.errors import ArgumentError, FrozenError, ShapeError
+from rumo.plan import Plan
 from rumo.problem import Problem
+from rumo.sealed import Sealed
 from rumo.signals import Array, NamedArray, Values
 from rumo.status import Status
 from rumo.transcription import Transcription
 
-ReferenceWindow = Mapping[str, ArrayLike] | ArrayLike
 
-
-class Controller(ABC):
+class Controller(Sealed, Generic[S]):
     """A model predictive controller: `prepare()`, then `feedback(x, reference)`, once each sample.
 
     Parameters
     ----------
-    problem : Problem
-        What to solve.
-    discretization : Discretization, optional
-        Implicit Euler if not given.
-    gate : InnovationGate, optional
-        Holds back implausible measurements; None lets all finite ones pass.
+    transcription : Transcription
+        The discretised problem.
+    engine : Engine
+        What computes the steps: `Guarded(method, settings)` for a method of one's own.
+    settings : ControllerSettings
+        What the engine was made with.
     """
 
     name = "controller"
 
-    def __init__(
-        self,
-        problem: Problem,
-        discretization: Discretization | None = None,
-        *,
-        gate: InnovationGate | None = WIDE_GATE,
-    ) -> None:
-        self.problem = checked(problem, "problem", Problem)
-        self.gate = None if gate is None else checked(gate, "gate", InnovationGate, "Write InnovationGate(width=...).")
-        self.transcription = Transcription(problem, discretization)
-        self._layout = PlanLayout(problem)
-        self._parameters = problem.parameters
+    def __init__(self, transcription: Transcription, engine: Engine, settings: S) -> None:
+        self._transcription = transcription
+        self._engine = engine
+        self._settings = settings
+        self.reset()
 
-    @abstractmethod
-    def reset(self, x: Values | None = None, applied: Mapping[str, float] | ArrayLike | None = None) -> None:
-        """Forget everything; parameters are the problem's again.
+    @property
+    def problem(self) -> Problem:
+        """What is solved, with the numbers of now: see `update`."""
+        return self._transcription.problem
+
+    @property
+    def transcription(self) -> Transcription:
+        """The discretised problem."""
+        return self._transcription
+
+    @property
+    def settings(self) -> S:
+        """Frozen; set others, or change single ones by `configure`, between two steps."""
+        return self._settings
+
+    @settings.setter
+    def settings(self, settings: S) -> None:
+        self._engine.configure(checked(settings, "settings", type(self._settings)))
+        self._settings = settings
+
+    def configure(self, **changes: Any) -> None:
+        """Change single settings from the next call on: `configure(gate=None)`.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such setting.
+        ArgumentError
+            If a value cannot work; then nothing has changed.
+        """
+        self.settings = changed(self._settings, changes, type(self._settings))
+
+    def update(self, **changes: Any) -> None:
+        """Change numbers of the problem from the next preparation on: `update(weights={"p_y": 20.0})`.
+
+        Takes what `Problem.changed` takes, raises what it raises, and then nothing has changed. Guess, plan and counts
+        stay; nothing is compiled. What was prepared is prepared again.
+        """
+        transcription = self._transcription.renumbered(self.problem.changed(**changes))
+        self._engine.update(transcription)
+        self._transcription = transcription
+
+    @property
+    def parameters(self) -> Array:
+        """Values of the model's parameters on each interval (N, np_).
+
+        Set some by a mapping from names to numbers, or N numbers each; the others stay what they are. They are kept
+        until they are set again.
+        """
+        return self.problem.parameters.copy()
+
+    @parameters.setter
+    def parameters(self, values: Mapping[str, ArrayLike]) -> None:
+        self.update(parameters=as_mapping(values, "parameters"))
+
+    def reset(self, x: Values | None = None, applied: Inputs | None = None) -> None:
+        """Forget guess, plan and counts; settings and numbers stay.
 
         Parameters
         ----------
@@ -63,52 +110,57 @@ class Controller(ABC):
         applied : mapping, or array_like (nu,) or (max(delay, 1), nu), optional
             Inputs already decided; the safe input if not given.
         """
+        decided = decided_inputs(self.problem, applied)
+        state = None if x is None else self.problem.model.states.finite_vector(x, "x")
+        self._engine.reset(decided)
+        if state is not None:
+            self._engine.start(self._at_rest(state, decided[-1]))
+
+    def engage(
+        self, *, applied: Inputs, x: Values | None = None, plan: Plan | Mapping[str, ArrayLike] | None = None
+    ) -> None:
+        """Take over without a bump: start from what the actuators do, whoever has moved them until now.
+
+        Parameters
+        ----------
+        applied : mapping, or array_like (nu,) or (max(delay, 1), nu)
+            What the actuators do now and, with a delay, what is already on its way to them.
+        x : mapping or sequence, (nx,), optional
+            State to prepare the first step for.
+        plan : Plan, or mapping with "x" (N + 1, nx) and "u" (N, nu), optional
+            Where to linearise first, instead of a state at rest.
+        """
+        guess = None if plan is None else self._guess(plan)
+        self.reset(x, applied)
+        if guess is not None:
+            self._engine.start(guess)
 
     @property
-    @abstractmethod
     def applied(self) -> Array:
         """Inputs already decided, shape (max(delay, 1), nu), oldest first.
 
         Those of the next `delay` intervals or, without delay, the last one applied. Each step appends its
         command; set this where something else was applied.
         """
+        return self._engine.applied
 
     @applied.setter
-    @abstractmethod
-    def applied(self, inputs: Mapping[str, float] | ArrayLike) -> None: ...
+    def applied(self, inputs: Inputs) -> None:
+        self._engine.applied = decided_inputs(self.problem, inputs)
 
     @property
-    def parameters(self) -> Array:
-        """Values of the model's parameters on each interval (N, np_).
-
-        Set them by a mapping from names to numbers, or N numbers each, before a preparation; those left out have their
-        defaults. Until then, and after a reset, they are the problem's.
-        """
-        return self._parameters.copy()
-
-    @parameters.setter
-    def parameters(self, values: Mapping[str, ArrayLike]) -> None:
-        self._parameters = self.problem.parameter_table(as_mapping(values, "parameters"))
-        self._take_parameters()
-
-    @abstractmethod
-    def _take_parameters(self) -> None:
-        """Prepare with other parameters from now on."""
-
-    @property
-    @abstractmethod
     def status_counts(self) -> Counter[Status]:
         """Outcomes of all steps since the last reset."""
+        return self._engine.counts
 
-    @abstractmethod
     def step(self, x: Values, reference: ReferenceWindow) -> Plan:
         """`prepare()` and `feedback(x, reference)` in one call."""
+        return self._engine.step(x, reference)
 
-    @abstractmethod
     def prepare(self) -> None:
         """Do all that needs no measurement. Before the first step there is nothing to do."""
+        self._engine.prepare()
 
-    @abstractmethod
     def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
         """Return the plan for a measurement.
 
@@ -131,69 +183,48 @@ class Controller(ABC):
         CallOrderError
             If `prepare()` was not called since the last feedback.
         """
+        return self._engine.feedback(x, reference)
 
     def explain(self, plan: Plan) -> Explanation:
         """What limits a plan of this controller: stiffness, active and violated constraints, convergence.
 
         Takes milliseconds: it estimates the local error too.
         """
-        return explain(self.transcription, plan, self.parameters)
+        return explain(self._transcription, plan, self.parameters)
 
-    def local_error(self, plan: Plan) -> NamedArray:
+    def local_error(self, plan: Plan) -> NamedArray[Array]:
         """Error of each interval of a plan (N, nx), estimated by one with twice as many substeps."""
-        return local_error(self.transcription, plan, self.parameters)
+        return local_error(self._transcription, plan, self.parameters)
 
-    @property
-    def _reference_signals(self) -> tuple[str, ...]:
-        """Signals whose reference this controller looks at."""
-        return self.problem.outputs.names
+    def __setattr__(self, name: str, value: Any) -> None:
+        if self._constructed and hasattr(self._settings, name):
+            raise FrozenError(f"{name} is one of the settings: write controller.configure({name}={value!r}).")
+        super().__setattr__(name, value)
 
-    def _decided(self, inputs: Mapping[str, float] | ArrayLike | None) -> Array:
-        """Inputs already decided as (max(delay, 1), nu); the safe input for None."""
-        model = self.problem.model
-        shape = (max(self.problem.delay, 1), len(model.inputs))
-        if inputs is None:
-            array = self.problem.safe_input
-        else:
-            named = isinstance(inputs, Mapping)
-            array = model.inputs.vector(inputs, "applied") if named else as_numbers(inputs, "applied")
-        if array.shape not in (shape, shape[1:]):
-            raise ShapeError("applied", f"shape {array.shape}", f"shape {shape} or {shape[1:]}")
-        if not np.isfinite(array).all():
-            raise ArgumentError("applied", f"{array.tolist()}", "finite inputs")
-        return np.broadcast_to(array, shape).copy()
+    def _at_rest(self, x: Array, u: Array) -> Trajectory:
+        problem = self.problem
+        N, numbers = problem.horizon, problem.numbers
+        inputs = np.clip(np.tile(u, (N, 1)), numbers.input_lower, numbers.input_upper)
+        inner = np.tile(self._transcription.inner_between(x, x), (N, 1))
+        return Trajectory(inputs, np.tile(x, (N + 1, 1)), inner, resting=True)
 
-    def _window(self, reference: ReferenceWindow) -> dict[str, Array]:
-        """Reference of each named signal over the horizon, (N + 1,)."""
-        problem, length = self.problem, self.problem.horizon + 1
-        named: Mapping[str, Any]
-        if isinstance(reference, Mapping):
-            named = reference
-            model = problem.model
-            allowed = dict.fromkeys((*problem.outputs, *model.states, *model.inputs, *model.outputs))
-            for name in named:
-                if name not in allowed:
-                    raise UnknownNameError("reference", name, allowed)
-            for name in problem.outputs:
-                if name not in named:
-                    raise ArgumentError("reference", f"no values for {name!r}", "values for every tracked output")
-        else:
-            array = as_numbers(reference, "reference")
-            if array.shape != (length, len(problem.outputs)):
-                raise ShapeError(
-                    "reference", f"shape {array.shape}", f"({length}, {len(problem.outputs)}): N + 1 by tracked outputs"
-                )
-            named = dict(zip(problem.outputs, array.T, strict=True))
-        window, used = {}, self._reference_signals
-        for name, values in named.items():
-            array = as_numbers(values, f"reference[{name!r}]")
-            if array.shape not in ((), (length,)):
-                raise ShapeError(
-                    f"reference[{name!r}]", f"shape {array.shape}", f"one number or {length}, from now to t + N"
-                )
-            if name in used:
-                window[name] = np.broadcast_to(array, (length,))
-        return window
+    def _guess(self, plan: Plan | Mapping[str, ArrayLike]) -> Trajectory:
+        """A trajectory of the user's, checked."""
+        problem = self.problem
+        model, N = problem.model, problem.horizon
+        parts = {"u": plan.u, "x": plan.x} if isinstance(plan, Plan) else as_mapping(plan, "plan")
+        arrays: list[Array] = []
+        for name, shape in (("u", (N, len(model.inputs))), ("x", (N + 1, len(model.states)))):
+            if name not in parts:
+                raise ArgumentError("plan", f"no {name!r}", "a Plan, or a mapping with 'x' and 'u'")
+            array = np.array(parts[name], dtype=float)
+            if array.shape != shape:
+                raise ShapeError(f"plan[{name!r}]", f"shape {array.shape}", f"shape {shape}")
+            if not np.isfinite(array).all():
+                raise ArgumentError(f"plan[{name!r}]", "NaN or infinity", "finite numbers")
+            arrays.append(array)
+        u, x = arrays
+        return Trajectory(u, x, self._transcription.inner_between(x[:-1], x[1:]), resting=True)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.problem!r})"

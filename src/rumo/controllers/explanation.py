@@ -8,11 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rumo.discretization.stability import eigenvalues
-from rumo.plan import SLACK_TOLERANCE, Plan
+from rumo.kernel import SLACK_TOLERANCE
+from rumo.plan import Plan
 from rumo.problem import Problem
 from rumo.signals import Array, NamedArray
 from rumo.transcription import Transcription
 
+NO_STEP = 1e-6
+"""Share of the inputs' ranges below which a step is rounding, and its ratio to another says nothing."""
 RK4_LIMIT = 2.785
 """Largest |lambda| dt at which RK4 is stable for a decaying mode."""
 
@@ -45,7 +48,7 @@ class Explanation:
 def explain(transcription: Transcription, plan: Plan, parameters: Array) -> Explanation:
     """What limits a plan, made with parameters (N, np_)."""
     problem, scheme = transcription.problem, transcription.discretization
-    outcome = plan.status.value if plan.status is plan.cause else f"{plan.status.value} {plan.cause.value}"
+    outcome = plan.status.value if plan.status is plan.cause else f"{plan.status.value} {plan.cause.reason}"
     predicted = np.isfinite(plan.x.values).all()
     stiffness = _stiffness(problem, plan, parameters) if predicted else np.full(problem.horizon, np.nan)
     active = _stages(_active(problem, plan))
@@ -59,14 +62,19 @@ def explain(transcription: Transcription, plan: Plan, parameters: Array) -> Expl
             f"{'steps' if needed > 1 else 'step'} in that interval, {type(scheme).__name__} takes {scheme.substeps}."
         )
         sentences.append(_integration(transcription, plan, parameters))
-    sentences.append(f"At limits: {_listed(active)}.")
-    sentences.append(f"Violated: {_listed(violated)}.")
+    if plan.conflict:
+        sentences.append(f"In conflict: {'; '.join(plan.conflict)}.")
+    if np.isfinite(plan.constraints.values).all() and not plan.conflict:
+        sentences.append(f"At limits: {_listed(active)}.")
+        sentences.append(f"Violated: {_listed(violated)}.")
+    else:
+        sentences.append(f"Inputs at limits: {_listed(active)}; path constraints are not known without a solution.")
     if np.isfinite(plan.diagnostics.step):
         sentences.append(_convergence(plan))
     return Explanation(stiffness, active, violated, tuple(sentences))
 
 
-def local_error(transcription: Transcription, plan: Plan, parameters: Array) -> NamedArray:
+def local_error(transcription: Transcription, plan: Plan, parameters: Array) -> NamedArray[Array]:
     """Error of each interval alone, from the plan's state at its beginning, estimated with twice as many substeps.
 
     Shape (N, nx); NaN where nothing was predicted, or the equations could not be solved. Source: Hairer, Norsett and
@@ -97,8 +105,8 @@ def _active(problem: Problem, plan: Plan) -> Iterator[tuple[str, int]]:
     d, near, u = problem.delay, SLACK_TOLERANCE * problem.input_scales, plan.u.values
     moves = np.diff(u, axis=0, prepend=np.full((1, u.shape[1]), np.nan))
     limits = (
-        ("at its lower bound", u, problem.input_lower),
-        ("at its upper bound", u, problem.input_upper),
+        ("at its lower bound", u, problem.numbers.input_lower[d:]),
+        ("at its upper bound", u, problem.numbers.input_upper[d:]),
         ("moves as fast down as it may", moves, problem.move_lower),
         ("moves as fast up as it may", moves, problem.move_upper),
     )
@@ -134,7 +142,9 @@ def _convergence(plan: Plan) -> str:
     """How far the iteration has come."""
     diagnostics = plan.diagnostics
     words = f"Convergence: the last step was {diagnostics.step:.2g} of the inputs' ranges"
-    if np.isfinite(diagnostics.contraction):
+    if diagnostics.step < NO_STEP:
+        words += ", as good as none"
+    elif np.isfinite(diagnostics.contraction):
         words += f", {diagnostics.contraction:.2g} times the one before"
     return f"{words}; KKT residual {diagnostics.kkt_residual:.2g}."
 

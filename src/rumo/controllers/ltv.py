@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
-from rumo.controllers.condensed import CondensedController
-from rumo.controllers.fallback import Trajectory
-from rumo.controllers.gate import WIDE_GATE, InnovationGate
-from rumo.controllers.policy import Candidate
-from rumo.controllers.qp import QpOptions
+from rumo.controllers.base import Controller
+from rumo.controllers.engines.base import Candidate
+from rumo.controllers.engines.guarded import Guarded
+from rumo.controllers.engines.numpy import NumpyRti
+from rumo.controllers.engines.trajectory import Trajectory
+from rumo.controllers.settings import LtvSettings, Settings, changed
 from rumo.discretization import Discretization
 from rumo.errors import ArgumentError
 from rumo.problem import Problem
 from rumo.signals import Array
+from rumo.transcription import Transcription
 
 
-class LinearTimeVarying(CondensedController):
+class LinearTimeVarying(Controller[LtvSettings]):
     """Linear time-varying MPC: the same QP as the real-time iteration, about the reference instead of the last plan.
 
     The reference must name every state of the model; inputs that it leaves out are linearised about the
@@ -27,10 +32,10 @@ class LinearTimeVarying(CondensedController):
         What to solve.
     discretization : Discretization, optional
         Implicit Euler if not given.
-    qp : QpOptions, optional
-        Limits and accuracy of the QP solver.
-    gate : InnovationGate, optional
-        Holds back implausible measurements; None lets all finite ones pass.
+    settings : LtvSettings
+        Limits and accuracy of the QP solver, and the gate.
+    **changes
+        Single settings by name, such as `gate=None`.
     """
 
     name = "ltv"
@@ -40,29 +45,35 @@ class LinearTimeVarying(CondensedController):
         problem: Problem,
         discretization: Discretization | None = None,
         *,
-        qp: QpOptions | None = None,
-        gate: InnovationGate | None = WIDE_GATE,
+        settings: LtvSettings = LtvSettings(),
+        **changes: Any,
     ) -> None:
-        self.qp = qp or QpOptions()
-        super().__init__(problem, discretization, gate=gate)
+        transcription, settings = Transcription(problem, discretization), changed(settings, changes, LtvSettings)
+        method = _AlongReference(transcription, Settings(qp=settings.qp))
+        super().__init__(transcription, Guarded(method, settings), settings)
+
+
+class _AlongReference(NumpyRti):
+    """One iteration about a trajectory that comes with the measurement."""
 
     @property
-    def _reference_signals(self) -> tuple[str, ...]:
-        model = self.problem.model
-        return (*self.problem.outputs, *model.states, *model.inputs)
+    def signals(self) -> tuple[str, ...]:
+        model = self.transcription.problem.model
+        return tuple(dict.fromkeys((*super().signals, *model.states, *model.inputs)))
 
-    def _prepare(self, guess: Trajectory) -> bool:
-        """Nothing: the reference to linearise about comes with the measurement."""
+    def configure(self, settings: LtvSettings) -> None:
+        super().configure(Settings(qp=settings.qp))
+
+    def prepare(self, guess: Trajectory, applied: Array) -> bool:
         return True
 
-    def _solve(self, x: Array, window: dict[str, Array], guess: Trajectory) -> Candidate | None:
-        reference = self._trajectory(window)
-        if not self._linearize(reference):
-            return None
-        return self._iterate(x, window)
+    def solve(self, x: Array, window: Mapping[str, Array], guess: Trajectory, applied: Array) -> Candidate | None:
+        if guess.resting:
+            self.missed()
+        return self.iterate(x, window, applied) if self.linearize(self._trajectory(window), applied) else None
 
-    def _trajectory(self, window: dict[str, Array]) -> Trajectory:
-        problem = self.problem
+    def _trajectory(self, window: Mapping[str, Array]) -> Trajectory:
+        problem = self.transcription.problem
         model, N = problem.model, problem.horizon
         missing = [name for name in model.states if name not in window]
         if missing:
@@ -72,7 +83,7 @@ class LinearTimeVarying(CondensedController):
                 "values for every state of the model",
                 "LinearTimeVarying linearises along the reference.",
             )
-        named = dict(zip(model.inputs, np.tile(problem.safe_input[:, None], N + 1), strict=True)) | window
+        named = dict(zip(model.inputs, np.tile(problem.safe_input[:, None], N + 1), strict=True)) | dict(window)
         u = np.column_stack([named[name][:N] for name in model.inputs])
         x = np.column_stack([named[name] for name in model.states])
         return Trajectory(u, x, self.transcription.inner_between(x[:-1], x[1:]))

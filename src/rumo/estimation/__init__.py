@@ -1,7 +1,7 @@
 """State estimation: from measurements to what the controller is told."""
 
-from rumo.estimation.base import Estimator, RunningEstimator
+from rumo.estimation.base import Estimate, Estimator, RunningEstimator, Unfiltered
 from rumo.estimation.butterworth import Butterworth
 from rumo.estimation.ekf import ExtendedKalman
 
-__all__ = ["Butterworth", "Estimator", "ExtendedKalman", "RunningEstimator"]
+__all__ = ["Butterworth", "Estimate", "Estimator", "ExtendedKalman", "RunningEstimator", "Unfiltered"]

@@ -2,24 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
+from rumo.errors import ArgumentError
+from rumo.model import Model
 from rumo.problem import Problem
-from rumo.signals import Array
+from rumo.signals import Array, Signals
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What an estimator believes.
+
+    Attributes
+    ----------
+    x : ndarray, shape (nx,)
+        State of the controller's model.
+    covariance : ndarray, shape (nx, nx), optional
+        Of its error, where the estimator knows.
+    """
+
+    x: Array
+    covariance: Array | None = None
 
 
 class RunningEstimator(Protocol):
-    """An estimator with memory, called once each sample."""
+    """An estimator with memory, beside the controller; asked once each sample."""
 
-    def __call__(self, measurement: Array, applied: Array) -> Array:
+    def update(self, measured: Array, applied: Array, parameters: Array) -> Estimate:
         """Estimate of the state.
 
         Parameters
         ----------
-        measurement : ndarray, shape (nx,)
-            Measured states; with NaN or infinity in it the memory must stay sound.
+        measured : ndarray, shape (m,)
+            The signals that the estimator was started for; NaN where a measurement is missing. With NaN or infinity
+            in it the memory must stay sound.
         applied : ndarray, shape (nu,)
             Input held since the sample before.
+        parameters : ndarray, shape (np_,)
+            Of the controller's model, since the sample before.
         """
         ...
 
@@ -27,6 +52,57 @@ class RunningEstimator(Protocol):
 class Estimator(Protocol):
     """Settings of an estimator."""
 
-    def start(self, problem: Problem) -> RunningEstimator:
-        """Return an estimator without memory for the states of the problem's model."""
+    def start(self, problem: Problem, measured: Sequence[str] | None = None) -> RunningEstimator:
+        """Return an estimator without memory.
+
+        Parameters
+        ----------
+        problem : Problem
+            Its model has the states that are estimated.
+        measured : sequence of str, optional
+            Signals that are measured, in the order in which they will come: states, algebraic variables and outputs
+            of the model. All states if not given.
+        """
         ...
+
+
+@dataclass(frozen=True)
+class Unfiltered:
+    """No estimator: measured states pass as they are."""
+
+    def start(self, problem: Problem, measured: Sequence[str] | None = None) -> RunningUnfiltered:
+        """Return what passes the states of the problem's model on."""
+        return RunningUnfiltered(state_columns(problem.model, measured))
+
+
+class RunningUnfiltered:
+    """Passes states on."""
+
+    def __init__(self, columns: list[int]) -> None:
+        self._columns = columns
+
+    def update(self, measured: Array, applied: Array, parameters: Array) -> Estimate:
+        """The measured states, see `RunningEstimator`."""
+        return Estimate(np.asarray(measured, dtype=float)[self._columns])
+
+
+def measured_signals(model: Model, measured: Sequence[str] | None) -> Signals:
+    """Names and units of signals of a model that are measured, its states for None."""
+    names = model.states.names if measured is None else measured
+    for name in names:
+        model.expression(name, "measured")
+    return Signals({name: model.unit(name) for name in names}, "measured")
+
+
+def state_columns(model: Model, measured: Sequence[str] | None) -> list[int]:
+    """Where each state of a model stands among what is measured, for estimators that need all of them."""
+    names = list(model.states if measured is None else measured)
+    missing = [name for name in model.states if name not in names]
+    if missing:
+        raise ArgumentError(
+            "measured",
+            f"no {', '.join(missing)}",
+            "all states of the controller's model",
+            "ExtendedKalman(noise, process, x={...}) estimates states that are not measured.",
+        )
+    return [names.index(name) for name in model.states]

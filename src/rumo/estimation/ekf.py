@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
+import casadi as ca
 import numpy as np
 
+from rumo.checks import as_mapping, whole_number
 from rumo.errors import ArgumentError
+from rumo.estimation.base import Estimate, measured_signals
+from rumo.interrupts import interruptible
+from rumo.model import Model
 from rumo.problem import Problem
 from rumo.signals import Array, Signals
 from rumo.transcription import Transcription
@@ -15,77 +21,168 @@ from rumo.transcription import Transcription
 
 @dataclass(frozen=True)
 class ExtendedKalman:
-    """Extended Kalman filter, every state measured (Simon, 2006, ch. 13).
+    """Extended Kalman filter (Simon, 2006, ch. 13) for measurements of any states, algebraic variables and outputs.
 
     Parameters
     ----------
     noise : mapping of str to float
-        Standard deviation of the measurement of each state of the controller's model, positive.
+        Standard deviation of each measurement, positive.
     process : mapping of str to float
         Standard deviation of what the model misses in one sample, for each state, positive.
+    x : mapping of str to float
+        First estimates of the states that are not measured, or late; those that are measured start at their first
+        measurement.
+    deviations : mapping of str to float
+        Standard deviation of each of these estimates, positive.
+    late : mapping of str to int
+        Samples from a measurement to its arrival. The filter goes back to the time of the latest and comes forward
+        again, a step of the model for each sample.
     """
 
     noise: Mapping[str, float]
     process: Mapping[str, float]
+    x: Mapping[str, float] = field(default_factory=dict[str, float])
+    deviations: Mapping[str, float] = field(default_factory=dict[str, float])
+    late: Mapping[str, int] = field(default_factory=dict[str, int])
 
-    def start(self, problem: Problem) -> RunningExtendedKalman:
+    def start(self, problem: Problem, measured: Sequence[str] | None = None) -> RunningExtendedKalman:
         """Return a filter for the problem's model, discretised by implicit Euler; innovations in rad are wrapped."""
-        states = problem.model.states
-        noise, process = _variances(states, self.noise, "noise"), _variances(states, self.process, "process")
-        return RunningExtendedKalman(Transcription(problem), noise, process)
+        states, signals = problem.model.states, measured_signals(problem.model, measured)
+        noise, process = _variances(signals, self.noise, "noise"), _variances(states, self.process, "process")
+        for name, samples in as_mapping(self.late, "late").items():
+            signals.index(name, "late")
+            whole_number(samples, f"late[{name!r}]", 0)
+        late = np.array([self.late.get(name, 0) for name in signals], dtype=int)
+        prompt = [name for name in states if name in signals and not self.late.get(name, 0)]
+        unknown = Signals({name: states.unit(name) for name in states if name not in prompt}, "unmeasured states")
+        x, spread = np.full(len(states), np.nan), np.empty(len(states))
+        columns = [states.index(name) for name in unknown]
+        x[columns] = unknown.finite_vector(dict(self.x), "x")
+        spread[columns] = _variances(unknown, self.deviations, "deviations")
+        for name in prompt:
+            spread[states.index(name)] = noise[signals.index(name)]
+        return RunningExtendedKalman(Transcription(problem), signals, noise, process, late, x, spread)
 
 
-def _variances(states: Signals, deviations: Mapping[str, float], argument: str) -> Array:
-    sigma = states.finite_vector(dict(deviations), argument)
-    for name, value in zip(states, sigma, strict=True):
+def _variances(signals: Signals, deviations: Mapping[str, float], argument: str) -> Array:
+    sigma = signals.finite_vector(dict(deviations), argument)
+    for name, value in zip(signals, sigma, strict=True):
         if value <= 0.0:
             raise ArgumentError(f"{argument}[{name!r}]", f"{value:g}", "a positive standard deviation")
     return sigma**2
 
 
+def measurement_function(model: Model, names: Sequence[str]) -> ca.Function:
+    """`(xz, u, p) -> y, H`: measurements (m,) and their derivatives by x (m, nx), algebraic variables eliminated."""
+    arguments = [model.xz, model.u, model.p]
+    y = ca.vertcat(*(model.expression(name, "measured") for name in names))
+    by_x = ca.jacobian(y, model.x)
+    if len(model.algebraic):
+        g = model.g(*arguments)
+        by_x -= ca.jacobian(y, model.z) @ ca.solve(ca.jacobian(g, model.z), ca.jacobian(g, model.x))
+    return ca.Function("measurement", arguments, [y, ca.densify(by_x)])
+
+
+@dataclass
+class _Sample:
+    """What is known of a sample: the input held until then, parameters, measurements as they come in."""
+
+    applied: Array
+    parameters: Array
+    measured: Array
+
+
 class RunningExtendedKalman:
-    """A filter with memory; it starts at the first sample without NaN or infinity."""
+    """A filter with memory; it starts at the first sample whose prompt states have no NaN or infinity."""
 
-    def __init__(self, transcription: Transcription, noise: Array, process: Array) -> None:
+    def __init__(
+        self,
+        transcription: Transcription,
+        signals: Signals,
+        noise: Array,
+        process: Array,
+        late: np.ndarray,
+        x: Array,
+        spread: Array,
+    ) -> None:
+        problem = transcription.problem
+        states = problem.model.states
         self._transcription = transcription
-        self._angles = transcription.problem.model.states.angles
-        self._noise = noise
-        self._process = process
+        self._measurement = measurement_function(problem.model, signals.names)
+        self._angles = signals.angles
+        self._noise, self._process, self._late = noise, process, late
+        self._first, self._spread = x, np.diag(spread)
+        self._grid = np.array([]) if problem.uniform else problem.steps[:1]  # what `given` adds to the parameters
+        # Where the states stand among the measurements: those that come at once, and any.
+        self._prompt = [(i, signals.index(name)) for i, name in enumerate(states) if np.isnan(x[i])]
         self._x: Array | None = None
-        self._covariance = np.diag(noise)
+        self._covariance = self._spread
+        self._recent: deque[_Sample] = deque()
 
-    def __call__(self, measurement: Array, applied: Array) -> Array:
-        """Estimate (nx,) from a measurement (nx,); its entries that are not finite are left to the prediction."""
-        known = np.isfinite(measurement)
+    def update(self, measured: Array, applied: Array, parameters: Array) -> Estimate:
+        """Estimate from measurements (m,), see `RunningEstimator`; those that are not finite are left to prediction."""
+        measured = np.asarray(measured, dtype=float)
         if self._x is None:
-            if known.all():
-                self._x = measurement
-            return measurement
+            return self._start(measured)
+        self._recent.append(_Sample(applied, parameters, np.full(len(measured), np.nan)))
+        for j, late in enumerate(self._late):
+            if late < len(self._recent):
+                self._recent[-1 - late].measured[j] = measured[j]
         try:
-            x, covariance = self._predict(self._x, applied)
-            if known.any():
-                x, covariance = self._update(x, covariance, measurement, known)
+            with interruptible():
+                # All measurements of the oldest sample have come: it is done with.
+                if len(self._recent) > self._late.max(initial=0):
+                    self._x, self._covariance = self._advance(self._x, self._covariance, self._recent.popleft())
+                x, covariance = self._x, self._covariance
+                for sample in self._recent:
+                    x, covariance = self._advance(x, covariance, sample)
         except np.linalg.LinAlgError:
-            x, covariance = np.full_like(measurement, np.nan), self._covariance
-        if not (np.isfinite(x).all() and np.isfinite(covariance).all()):
             # The model has no value here: start anew at the next good sample.
-            self._x, self._covariance = None, np.diag(self._noise)
-            return measurement
-        self._x, self._covariance = x, covariance
+            self._x, self._covariance = None, self._spread
+            self._recent.clear()
+            return Estimate(self._of_states(measured))
+        return Estimate(x, covariance)
+
+    def _start(self, measured: Array) -> Estimate:
+        x = self._of_states(measured)
+        if not np.isfinite(x).all():
+            return Estimate(x)
+        self._x = x
+        return Estimate(x, self._covariance)
+
+    def _of_states(self, measured: Array) -> Array:
+        """Measured states, first estimates of the others."""
+        x = self._first.copy()
+        for i, j in self._prompt:
+            x[i] = measured[j]
         return x
 
-    def _predict(self, x: Array, u: Array) -> tuple[Array, Array]:
-        """One step of the discretised model by Newton's method, and its covariance."""
-        w, sensitivity = self._transcription.advance(x, u)
-        z, transition = w[: len(x)], sensitivity[: len(x)]
-        return z, transition @ self._covariance @ transition.T + np.diag(self._process)
+    def _advance(self, x: Array, covariance: Array, sample: _Sample) -> tuple[Array, Array]:
+        """Predict one sample, then correct by what was measured at its end."""
+        xz, covariance = self._predict(x, covariance, sample)
+        x = xz[: len(x)]
+        known = np.isfinite(sample.measured)
+        if known.any():
+            x, covariance = self._correct(xz, covariance, sample, known)
+        if not (np.isfinite(x).all() and np.isfinite(covariance).all()):
+            raise np.linalg.LinAlgError("the filter left the finite numbers")
+        return x, covariance
 
-    def _update(self, x: Array, covariance: Array, measurement: Array, known: np.ndarray) -> tuple[Array, Array]:
+    def _predict(self, x: Array, covariance: Array, sample: _Sample) -> tuple[Array, Array]:
+        """One step of the discretised model by Newton's method, and its covariance."""
+        w, sensitivity = self._transcription.advance(x, sample.applied, np.r_[sample.parameters, self._grid])
+        transition = sensitivity[: len(x)]
+        size = len(self._transcription.problem.model.variables)
+        return w[:size], transition @ covariance @ transition.T + np.diag(self._process)
+
+    def _correct(self, xz: Array, covariance: Array, sample: _Sample, known: np.ndarray) -> tuple[Array, Array]:
         """Joseph's form, which keeps the covariance symmetric and positive."""
-        H = np.eye(len(x))[known]
+        y, jacobian = (value.full() for value in self._measurement(xz, sample.applied, sample.parameters))
+        x, H = xz[: len(covariance)], np.ascontiguousarray(jacobian[known])
         R = np.diag(self._noise[known])
         gain = np.linalg.solve(H @ covariance @ H.T + R, H @ covariance).T
         keep = np.eye(len(x)) - gain @ H
-        innovation = measurement - x
-        innovation -= np.where(self._angles, 2.0 * np.pi * np.round(innovation / (2.0 * np.pi)), 0.0)
-        return x + gain @ innovation[known], keep @ covariance @ keep.T + gain @ R @ gain.T
+        innovation = sample.measured - y.ravel()
+        turns = np.round(innovation[known] / (2.0 * np.pi))
+        innovation = innovation[known] - np.where(self._angles[known], 2.0 * np.pi * turns, 0.0)
+        return x + gain @ innovation, keep @ covariance @ keep.T + gain @ R @ gain.T

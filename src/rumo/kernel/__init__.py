@@ -1,19 +1,27 @@
 """The C core from Python: arrays in, arrays out. Knows neither CasADi nor problems."""
 
+from rumo.kernel._core import GATE_STAGES, SLACK_TOLERANCE, STRAYED, Qp
 from rumo.kernel._core import Controller as Core
-from rumo.kernel._core import Qp
-from rumo.kernel.description import Description, StageProgram, describe
+from rumo.kernel.description import NUMBERS, Description, StageProgram, as_numbers, describe
 from rumo.kernel.export import problem_source
+from rumo.kernel.guard import Guard, Trajectory
 from rumo.kernel.settings import Settings
 from rumo.kernel.tailored import Build, portable, tailored
 
 __all__ = [
+    "GATE_STAGES",
+    "NUMBERS",
+    "SLACK_TOLERANCE",
+    "STRAYED",
     "Build",
     "Core",
     "Description",
+    "Guard",
     "Qp",
     "Settings",
     "StageProgram",
+    "Trajectory",
+    "as_numbers",
     "describe",
     "portable",
     "problem_source",

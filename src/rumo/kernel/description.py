@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from rumo.kernel._core import TABLES
 from rumo.kernel.elimination import Positions, compose, eliminate
 from rumo.kernel.tape import Tape
 from rumo.signals import Array
@@ -52,7 +53,7 @@ class Description:
     tape, inner_tape : Tape
         The model at substeps that end an interval, and at those that do not.
     values : dict
-        Everything, by the names of `rumo_problem`.
+        Everything, by the names of `members("rumo_problem")`.
     """
 
     sizes: tuple[int, ...]
@@ -61,21 +62,43 @@ class Description:
     values: dict[str, Any]
 
 
-SIZES = (
-    "horizon",
-    "states",
-    "algebraic",
-    "inputs",
-    "outputs",
-    "constraints",
-    "parameters",
-    "delay",
-    "inner",
-    "substeps",
-    "explicit_scheme",
-    "blocks",
-    "slots",
-)
+@dataclass(frozen=True)
+class Member:
+    """A member of a struct of the core, as its tables have it.
+
+    Attributes
+    ----------
+    name : str
+        What a description calls it: its own name after that of the part it belongs to, `tape_code` for `tape.code`.
+    kind : str
+        "count", "real", "ints" or "doubles".
+    rows, columns : str
+        Shape of an array, in C, in terms of the sizes s and of the members t of its part.
+    """
+
+    name: str
+    kind: str
+    rows: str
+    columns: str
+
+
+def members(struct: str, prefix: str = "") -> Iterator[Member]:
+    """The members of a struct and of its parts, in the order of `rumo_tables.h`."""
+    for name, kind, rows, columns, _ in TABLES[struct]:
+        if kind in TABLES:
+            yield from members(kind, part_prefix(prefix, name))
+        else:
+            yield Member(prefix + name, kind, rows, columns)
+
+
+def part_prefix(prefix: str, part: str) -> str:
+    """With what the names of a part's members begin: sizes, numbers and bounds have names of their own."""
+    return prefix if part in ("sizes", "numbers", "bounds") else f"{prefix}{part}_"
+
+
+SIZES = tuple(member.name for member in members("rumo_sizes"))
+NUMBERS = tuple(member.name for member in members("rumo_numbers"))
+"""What may change between two samples."""
 
 
 def describe(stage: StageProgram, sizes: Mapping[str, int], values: Mapping[str, Array]) -> Description:
@@ -86,26 +109,46 @@ def describe(stage: StageProgram, sizes: Mapping[str, int], values: Mapping[str,
     stage : StageProgram
         The model.
     sizes : mapping of str to int
-        All of `SIZES` but slots.
+        All of `SIZES` but slots, and `shift_same_rows`.
     values : mapping of str to ndarray
-        Weights, limits and scales.
+        Weights, limits, scales, and where intervals are after a sample; see `as_numbers`. Limits of constraints are 0
+        where not given.
     """
     description: dict[str, Any] = dict(sizes)
     description |= {"slots": len(stage.fixed), "fixed": stage.fixed}
     inner_tape = stage.inner_tape or Tape.empty()
-    for prefix, tape in (("", stage.tape), ("inner_", inner_tape)):
-        description |= {f"{prefix}code": tape.code, f"{prefix}constants": tape.constants}
-        description[f"{prefix}registers"] = tape.registers
+    for part, tape in (("tape", stage.tape), ("inner_tape", inner_tape)):
+        description |= {f"{part}_code": tape.code, f"{part}_constants": tape.constants}
+        description |= {f"{part}_length": len(tape.code), f"{part}_registers": tape.registers}
     for name in MATRICES:
         places = np.array(stage.positions[name], dtype=np.int32).reshape(-1, 2)
         description[f"{name}_row"], description[f"{name}_column"] = places[:, 0].copy(), places[:, 1].copy()
-        description[f"{name}_first"] = stage.first[name]
+        description |= {f"{name}_first": stage.first[name], f"{name}_count": len(places)}
     description |= {f"{name}_first": stage.first[name] for name in VECTORS}
     rows, nx = sizes["states"] + sizes["algebraic"], sizes["states"]
     elimination = eliminate(stage.first, stage.positions, rows + sizes["inner"], nx, sizes["inputs"])
-    places = list(zip(elimination["result_row"].tolist(), elimination["result_column"].tolist(), strict=True))
-    description |= elimination | compose(places if sizes["substeps"] > 1 else [], nx, rows)
-    for name, array in values.items():
-        kind = np.int32 if array.dtype.kind in "bi" else np.float64
-        description[name] = np.ascontiguousarray(array, dtype=kind)
+    places = list(zip(elimination["elimination_row"].tolist(), elimination["elimination_column"].tolist(), strict=True))
+    composition = compose(places if sizes["substeps"] > 1 else [], nx, rows)
+    description |= elimination | composition
+    description |= {
+        "elimination_blocks": len(elimination["elimination_size"]),
+        "elimination_entries": len(elimination["elimination_row"]),
+        "composition_entries": len(composition["composition_row"]),
+    }
+    numbers = {"constraint_limits": np.zeros(sizes["constraints"])}
+    numbers |= {name: values[name] for name in NUMBERS if name in values}
+    description |= dict(values) | as_numbers(sizes, numbers)
+    for member in members("rumo_problem"):
+        if member.kind in ("ints", "doubles"):
+            kind = np.int32 if member.kind == "ints" else np.float64
+            description[member.name] = np.ascontiguousarray(description[member.name], dtype=kind)
     return Description(tuple(int(description[name]) for name in SIZES), stage.tape, inner_tape, description)
+
+
+def as_numbers(sizes: Mapping[str, int], values: Mapping[str, Array]) -> dict[str, Array]:
+    """Members of `rumo_numbers` as the core wants them: bounds (nu,) and limits (nc,) hold on all intervals."""
+    widths = {"input_lower": "inputs", "input_upper": "inputs", "constraint_limits": "constraints"}
+    numbers = {name: np.asarray(array, dtype=float) for name, array in values.items()}
+    for name in widths.keys() & numbers.keys():
+        numbers[name] = np.broadcast_to(numbers[name], (sizes["horizon"], sizes[widths[name]]))
+    return {name: np.ascontiguousarray(array) for name, array in numbers.items()}

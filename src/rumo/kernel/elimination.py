@@ -79,17 +79,17 @@ def eliminate(
 
     sizes = _table(counts, 5)
     return {
-        "block_size": sizes[:, 0].copy(),
-        "block_width": sizes[:, 1].copy(),
-        "block_loads": sizes[:, 2].copy(),
-        "block_updates": sizes[:, 3].copy(),
-        "block_stores": sizes[:, 4].copy(),
-        "block_unknowns": np.array([s for block in blocks for s in block], dtype=np.int32),
-        "load": _table(load, 2),
-        "update": _table(update, 3),
-        "store": _table(store, 2),
-        "result_row": np.array([row for row, _ in result], dtype=np.int32),
-        "result_column": np.array([column for _, column in result], dtype=np.int32),
+        "elimination_size": sizes[:, 0].copy(),
+        "elimination_width": sizes[:, 1].copy(),
+        "elimination_loads": sizes[:, 2].copy(),
+        "elimination_updates": sizes[:, 3].copy(),
+        "elimination_stores": sizes[:, 4].copy(),
+        "elimination_unknowns": np.array([s for block in blocks for s in block], dtype=np.int32),
+        "elimination_load": _table(load, 2),
+        "elimination_update": _table(update, 3),
+        "elimination_store": _table(store, 2),
+        "elimination_row": np.array([row for row, _ in result], dtype=np.int32),
+        "elimination_column": np.array([column for _, column in result], dtype=np.int32),
     }
 
 

@@ -74,6 +74,7 @@ def tailored(description: Description) -> Build:
             if build is not None:
                 return build
             library.unlink(missing_ok=True)
+        logger.info("Compiling the core for this problem, which is kept: it takes some seconds, once.")
         try:
             return _compile(sources, command, folder, name)
         except CompilerError as error:

@@ -1,5 +1,20 @@
-"""References: what the tracked outputs should do over time."""
+"""References: what the tracked outputs should do, and what lies ahead."""
 
-from rumo.references.trajectories import Reference, SinePath, constant
+from rumo.references.base import Held, OfTime, Preview, Reference, ReferenceLike, as_reference
+from rumo.references.following import Following
+from rumo.references.signals import Sampled, Sine
+from rumo.references.sine_path import Rolling, SinePath
 
-__all__ = ["Reference", "SinePath", "constant"]
+__all__ = [
+    "Following",
+    "Held",
+    "OfTime",
+    "Preview",
+    "Reference",
+    "ReferenceLike",
+    "Rolling",
+    "Sampled",
+    "Sine",
+    "SinePath",
+    "as_reference",
+]

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rumo.report.kpis import tracking_error
 from rumo.signals import Array
-from rumo.simulation.log import signal
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -147,85 +140,3 @@ def bins(samples: Array, marker: float) -> Array:
     low, high = min(float(samples.min()), marker), max(float(samples.max()), marker)
     first, last = np.floor(np.log10(low) * 10.0) / 10.0, np.ceil(np.log10(high) * 10.0) / 10.0
     return np.logspace(first, last, 1 + round((last - first) * 25))
-
-
-def paper_charts(logs: Mapping[str, xr.Dataset]) -> list[Chart]:
-    """The paper's figures, in its order, with a histogram for each controller."""
-    first = next(iter(logs.values()))
-    time = first["time"].to_numpy()
-    dt = float(first.attrs["sampling_time_s"])
-    end = dt * len(time)
-    return [
-        _trajectory("trajectory-first-2s", f"Trajectories, first {min(2.0, end):g} s", logs, 2.0),
-        _trajectory("trajectory", f"Trajectories, {end:g} s", logs, np.inf),
-        Chart(
-            "wind",
-            "Wind speed",
-            "Time [s]",
-            "Wind speed [m/s]",
-            (Line("Wind", time, signal(first, "disturbance", "wind_speed"), NEUTRAL, steps=True),),
-        ),
-        _input("torque", "Torque on each rear wheel", "N m", logs),
-        _input("steering_rate", "Steering rate", "rad/s", logs),
-        Chart(
-            "tracking-error",
-            "Tracking error",
-            "Time [s]",
-            "Distance from the reference [m]",
-            tuple(Line(label(name), time, tracking_error(log), look(name)) for name, log in logs.items()),
-        ),
-        *(_step_times(name, log, dt) for name, log in logs.items()),
-    ]
-
-
-def _trajectory(key: str, title: str, logs: Mapping[str, xr.Dataset], until: float) -> Chart:
-    first = next(iter(logs.values()))
-    shown = first["time"].to_numpy() <= until
-    lines = [
-        Line(
-            label(name),
-            signal(log, "plant", "p_x")[shown],
-            signal(log, "plant", "p_y")[shown],
-            look(name),
-        )
-        for name, log in logs.items()
-    ]
-    reference = Line(
-        "Reference", signal(first, "reference", "p_x")[shown], signal(first, "reference", "p_y")[shown], REFERENCE
-    )
-    return Chart(key, title, "Position p_x [m]", "Position p_y [m]", (*lines, reference), equal=np.isfinite(until))
-
-
-def _input(name: str, title: str, unit: str, logs: Mapping[str, xr.Dataset]) -> Chart:
-    first = next(iter(logs.values()))
-    limits = first[["input_lower", "input_upper"]].sel(input=name)
-    lower, upper = float(limits["input_lower"]), float(limits["input_upper"])
-    lines = [
-        Line(label(key), log["time"].to_numpy(), signal(log, "applied", name), look(key), steps=True)
-        for key, log in logs.items()
-    ]
-    # A limit far from the data would flatten the curves; the title names it all the same.
-    reach = max(float(np.abs(line.y).max()) for line in lines)
-    span = first["time"].to_numpy()[[0, -1]]
-    for limit, words in ((lower, "Lower limit"), (upper, "Upper limit")):
-        if abs(limit) <= 2.0 * reach:
-            lines.append(Line(words, span, np.full(2, limit), LIMIT))
-    return Chart(
-        name.replace("_", "-"),
-        f"{title} (limits {lower:g} and {upper:g} {unit})",
-        "Time [s]",
-        f"{title.split(' on ')[0]} [{unit}]",
-        tuple(lines),
-    )
-
-
-def _step_times(name: str, log: xr.Dataset, dt: float) -> Chart:
-    samples = 1e3 * log["step_time"].to_numpy()
-    return Chart(
-        f"step-time-{name}",
-        f"Execution time of a step, {label(name)}",
-        "Time [ms]",
-        "Steps",
-        histogram=Line(f"{label(name)}, mean {samples.mean():.3g} ms", samples, samples, look(name)),
-        marker=(1e3 * dt, f"Sampling period, {1e3 * dt:g} ms"),
-    )

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rumo.files import write_whole
 from rumo.report.charts import COLUMNS, LIMIT, Chart, Line, Panels, bins
 
 if TYPE_CHECKING:
@@ -149,5 +151,6 @@ def write_figures(contents: Iterable[Chart | Panels], folder: Path) -> list[Path
         figure = draw(content)
         for ending in ("png", "pdf"):
             paths.append(folder / f"{content.key}.{ending}")
-            figure.savefig(paths[-1], metadata={"CreationDate": None} if ending == "pdf" else {})
+            metadata = {"CreationDate": None} if ending == "pdf" else {}
+            write_whole(paths[-1], partial(figure.savefig, metadata=metadata))
     return paths

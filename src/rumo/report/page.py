@@ -2,77 +2,107 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import json
 from html import escape
+from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
+from rumo.files import write_whole
 from rumo.report.charts import Chart, Panels
-from rumo.report.plots import plot
+from rumo.report.contents import Report
+from rumo.report.plots import narrow_layout, plot, template
 from rumo.report.tables import Table
+
+NARROW = 640
+"""Screens narrower than this show panels below each other [px]."""
 
 STYLE = """
 :root { color-scheme: light; }
 body { font: 16px/1.5 system-ui, sans-serif; color: #1b1f24; max-width: 68rem; margin: 0 auto; padding: 1.5rem; }
 h1 { margin-bottom: 0; } h2 { margin: 2.5rem 0 .5rem; }
 p.lead { margin-top: .25rem; color: #57606a; }
-table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-th, td { text-align: right; padding: .35rem .7rem; border-bottom: 1px solid #d8dee4; }
-th:first-child, td:first-child { text-align: left; }
+p.warning { padding: .6rem 1rem; border-left: .3rem solid #d55e00; background: #fdf0e7; }
+figure { margin: 1.5rem 0 2.5rem; } figcaption { font-weight: 600; }
+table { border-collapse: collapse; width: 100%; font-size: .94rem; font-variant-numeric: tabular-nums; }
+th, td { text-align: right; padding: .3rem .5rem; border-bottom: 1px solid #d8dee4; white-space: nowrap; }
+th { white-space: pre-line; vertical-align: bottom; }
+.words { text-align: left; } td.words { white-space: normal; min-width: 7rem; }
 .scroll { overflow-x: auto; }
+@media (max-width: 640px) { body { padding: .75rem; } }
 """
 
-CONFIG = {"displaylogo": False, "modeBarButtonsToRemove": ["select2d", "lasso2d"]}
+SCRIPT = """
+const narrow = matchMedia("(max-width: %dpx)"), figures = [];
+function show(id, figure, changes) {
+  const layout = {...figure.layout, template}, before = {};
+  for (const key in changes) before[key] = key.split(".").reduce((part, name) => part?.[name], layout) ?? null;
+  Plotly.newPlot(id, figure.data, layout, {displaylogo: false, responsive: true,
+    modeBarButtonsToRemove: ["select2d", "lasso2d"]});
+  figures.push(() => Plotly.relayout(id, structuredClone(narrow.matches ? changes : before)));
+  if (narrow.matches) figures.at(-1)();
+}
+narrow.addEventListener("change", () => figures.forEach(fit => fit()));
+"""
 
 
-@dataclass(frozen=True)
-class Section:
-    """A heading, and the sentences, tables and figures below it."""
-
-    heading: str
-    content: Sequence[str | Table | Chart | Panels]
-
-
-def write_page(path: Path, title: str, lead: str, sections: Sequence[Section], style: str = "") -> Path:
-    """Write a study's report.
+def write_page(path: Path, report: Report) -> None:
+    """Write a study's report as one file that needs no network.
 
     Parameters
     ----------
     path : Path
         The HTML file.
-    title, lead : str
-        Heading, and the sentence below it.
-    sections : sequence of Section
-        What it shows, in order.
-    style : str
-        More CSS than the pages share.
+    report : Report
+        What it shows.
     """
-    from plotly.offline import get_plotlyjs
-
+    # Lines and bars are all that is drawn: Plotly's basic bundle, a quarter of the whole.
+    plotly = files("rumo.report").joinpath("assets", "plotly-basic.min.js").read_text(encoding="utf-8")
+    warning = f'<p class="warning">{escape(report.warning)}</p>' if report.warning else ""
     body = "\n".join(
-        f"<h2>{escape(section.heading)}</h2>" + "\n".join(map(_html, section.content)) for section in sections
+        f"<h2>{escape(section.heading)}</h2>\n" + "\n".join(map(_html, section.content)) for section in report.sections
     )
     html = f"""<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>{escape(title)}</title><style>{STYLE}{style}</style>
-<script>{get_plotlyjs()}</script></head><body>
-<h1>{escape(title)}</h1><p class="lead">{escape(lead)}</p>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{escape(report.title)}</title><style>{STYLE}</style>
+<script>{plotly}</script>
+<script>const template = {_json(template())};{SCRIPT % NARROW}</script></head><body>
+<h1>{escape(report.title)}</h1><p class="lead">{escape(report.lead)}</p>
+{warning}
 {body}
 </body></html>
 """
-    path.write_text(html, encoding="utf-8")
-    return path
+    write_whole(path, lambda place: place.write_text(html, encoding="utf-8"))
 
 
 def _html(content: str | Table | Chart | Panels) -> str:
     if isinstance(content, str):
         return f"<p>{escape(content)}</p>"
-    if isinstance(content, Table):
-        return _table(content)
-    return plot(content).to_html(full_html=False, include_plotlyjs=False, div_id=content.key, config=CONFIG)
+    return _table(content) if isinstance(content, Table) else _figure(content)
 
 
 def _table(table: Table) -> str:
-    head = "".join(f"<th>{escape(text)}</th>" for text in table.heads)
-    body = "".join("<tr>" + "".join(f"<td>{escape(text)}</td>" for text in row) + "</tr>" for row in table.rows)
-    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    def row(cells: list[str], tag: str) -> str:
+        kinds = [' class="words"' if i in table.words else "" for i in range(len(cells))]
+        return "".join(f"<{tag}{kind}>{escape(text)}</{tag}>" for text, kind in zip(cells, kinds, strict=True))
+
+    head = f"<thead><tr>{row(table.heads, 'th')}</tr></thead>"
+    body = "".join(f"<tr>{row(cells, 'td')}</tr>" for cells in table.rows)
+    return f'<div class="scroll"><table>{head}<tbody>{body}</tbody></table></div>'
+
+
+def _figure(content: Chart | Panels) -> str:
+    figure = plot(content)
+    data, narrow = _script(figure.to_json()), _json(narrow_layout(content, figure))
+    return f"""<figure><figcaption>{escape(content.title)}</figcaption>
+<div id="{content.key}" class="plotly-graph-div"></div>
+<script>show("{content.key}", {data}, {narrow});</script></figure>"""
+
+
+def _json(content: Any) -> str:
+    return _script(json.dumps(content))
+
+
+def _script(text: str) -> str:
+    """JSON that may stand in a script."""
+    return text.replace("</", "<\\/")

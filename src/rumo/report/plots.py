@@ -1,4 +1,4 @@
-"""Charts and panels as interactive figures, by Plotly."""
+"""Charts and panels as interactive figures, by Plotly; their titles stand above them on the page."""
 
 from __future__ import annotations
 
@@ -8,10 +8,46 @@ import numpy as np
 
 from rumo.report.charts import COLUMNS, LIMIT, Chart, Line, Panels, bins
 
+WIDE, NARROW = 740, 330
+"""Widths that legends must do with [px]."""
+TOP, BELOW = 44, 52
+"""Room for the mode bar, and for ticks and label of the lower axis [px]."""
+CHART, ROW = 330, 135
+"""Height of a chart, and of a row of panels for each inch in print [px]."""
+
 
 def plot(content: Chart | Panels) -> Any:
     """A chart or panels as a Plotly figure."""
     return _plot_panels(content) if isinstance(content, Panels) else _plot_chart(content)
+
+
+def template() -> dict[str, Any]:
+    """What all figures look like; it is not repeated in each."""
+    import plotly.io
+
+    return plotly.io.templates["plotly_white"].to_plotly_json()
+
+
+def narrow_layout(content: Chart | Panels, figure: Any) -> dict[str, Any]:
+    """Changes of a figure's layout on a narrow screen: panels below each other, labels in less room."""
+    names = [trace.name for trace in figure.data if trace.showlegend is not False]
+    margins = {"l": 64, "r": 10, "t": figure.layout.margin.t, "b": BELOW + _legend_height(names, NARROW)}
+    if isinstance(content, Chart):
+        return {"margin": margins, "height": round(0.85 * CHART) + margins["t"] + margins["b"]}
+    count, height = len(content.panels), round(ROW * content.height)
+    changes: dict[str, Any] = {"margin": margins, "height": height * count + margins["t"] + margins["b"]}
+    annotations = [annotation.to_plotly_json() for annotation in figure.layout.annotations]
+    gap = 48 / (height * count)  # for ticks and title
+    for i in range(count):
+        top, bottom = (
+            1.0 - i / count - (gap / 2 if i else 0.0),
+            1.0 - (i + 1) / count + (gap / 2 if i < count - 1 else 0.0),
+        )
+        number = str(i + 1) if i else ""
+        changes |= {f"xaxis{number}.domain": [0.0, 1.0], f"yaxis{number}.domain": [bottom, top]}
+        changes[f"yaxis{number}.showticklabels"] = True
+        annotations[i] |= {"x": 0.5, "y": top}
+    return changes | {"annotations": annotations}
 
 
 def _plot_chart(chart: Chart) -> Any:
@@ -39,15 +75,10 @@ def _plot_chart(chart: Chart) -> Any:
             line={"color": "#000000", "dash": "dash", "width": 1.5},
         )
         figure.update_xaxes(type="log", tickvals=[m * 10.0**e for e in range(-4, 5) for m in (1, 2, 5)])
+    _lay_out(figure, CHART)
     figure.update_layout(
-        title=chart.title,
         xaxis_title=chart.x_label,
         yaxis_title=chart.y_label,
-        template="plotly_white",
-        height=420,
-        showlegend=True,
-        legend={"orientation": "h", "yanchor": "top", "y": -0.2, "x": 0.0},
-        margin={"l": 70, "r": 20, "t": 50, "b": 60},
         hovermode="closest" if chart.equal or chart.histogram else "x unified",
     )
     _scale(figure, chart)
@@ -68,13 +99,15 @@ def _plot_panels(content: Panels) -> Any:
         subplot_titles=[title for title, _ in content.panels],
         x_title=content.x_label,
         y_title=content.y_label,
-        horizontal_spacing=0.04 if "y" in content.shared else 0.08,
-        vertical_spacing=0.07,
+        horizontal_spacing=0.04 if "y" in content.shared else 0.09,
+        vertical_spacing=0.28 / content.rows if content.rows > 1 else 0.0,
     )
+    named: set[str] = set()
     for i, (_, lines) in enumerate(content.panels):
         place = {"row": i // COLUMNS + 1, "col": i % COLUMNS + 1}
         for line in reversed(lines):
-            figure.add_scatter(**_curve(line), legendgroup=line.name, showlegend=i == 0, **place)
+            figure.add_scatter(**_curve(line), legendgroup=line.name, showlegend=line.name not in named, **place)
+            named.add(line.name)
         if content.shaded is not None:
             x0, x1 = content.shaded
             figure.add_vrect(x0=x0, x1=x1, fillcolor=LIMIT.color, opacity=0.15, line_width=0, layer="below", **place)
@@ -86,22 +119,31 @@ def _plot_panels(content: Panels) -> Any:
     figure.update_xaxes(showticklabels=True)
     if content.from_zero:
         figure.update_yaxes(rangemode="tozero")
-    figure.update_layout(
-        title=content.title,
-        template="plotly_white",
-        height=round(120 + 130 * content.height * content.rows),
-        legend={
-            "orientation": "h",
-            "yanchor": "bottom",
-            "y": 1.04,
-            "xanchor": "right",
-            "x": 1.0,
-            "traceorder": "reversed",
-        },
-        margin={"l": 70, "r": 20, "t": 90, "b": 60},
-        hovermode="x unified",
-    )
+    _lay_out(figure, round(ROW * content.height * content.rows))
+    figure.update_layout(hovermode="x unified", legend_traceorder="reversed", height=figure.layout.height + 14)
+    figure.update_layout(margin_t=TOP + 14)
+    figure.update_annotations(font_size=13)
+    figure.update_annotations({"xshift": -50}, selector={"text": content.y_label})  # beside the widest ticks
     return figure
+
+
+def _lay_out(figure: Any, height: int) -> None:
+    """The legend below, the mode bar above: neither covers anything."""
+    names = [trace.name for trace in figure.data if trace.showlegend is not False]
+    below = BELOW + _legend_height(names, WIDE)
+    figure.update_layout(
+        template=None,
+        height=height + TOP + below,
+        margin={"l": 70, "r": 20, "t": TOP, "b": below},
+        showlegend=True,
+        legend={"orientation": "h", "yref": "container", "y": 0.0, "yanchor": "bottom", "x": 0.0, "xanchor": "left"},
+    )
+
+
+def _legend_height(names: list[str], width: int) -> int:
+    """Of a horizontal legend, in whose rows all entries are as wide as the widest [px]."""
+    in_a_row = max(1, int(width / (48 + 7 * max(map(len, names), default=0))))
+    return 20 * -(-len(names) // in_a_row) + 8
 
 
 def _scale(figure: Any, content: Chart | Panels) -> None:

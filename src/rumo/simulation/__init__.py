@@ -1,19 +1,33 @@
-"""Closed loop: a plant, disturbances, sensors, a clock and a log."""
+"""Closed loop: a plant, disturbances, sensors, faults, a clock and a log."""
 
+from rumo.interrupts import Interrupted
+from rumo.simulation import faults
+from rumo.simulation.foreign import PlantLike
 from rumo.simulation.log import load, save
-from rumo.simulation.loop import simulate
+from rumo.simulation.loop import ClosedLoop
 from rumo.simulation.plant import Plant
+from rumo.simulation.recorder import Recorder
+from rumo.simulation.run import simulate
+from rumo.simulation.sample import Sample
+from rumo.simulation.scenario import Scenario
 from rumo.simulation.sensors import Sensors
 from rumo.simulation.wind import Constant, Disturbance, Gust, OrnsteinUhlenbeck, RandomWalk
 
 __all__ = [
+    "ClosedLoop",
     "Constant",
     "Disturbance",
     "Gust",
+    "Interrupted",
     "OrnsteinUhlenbeck",
     "Plant",
+    "PlantLike",
     "RandomWalk",
+    "Recorder",
+    "Sample",
+    "Scenario",
     "Sensors",
+    "faults",
     "load",
     "save",
     "simulate",

@@ -1,145 +1,196 @@
-"""The closed loop: measure, compute, hold, advance."""
+"""The closed loop: measure, estimate, look ahead, compute, hold, advance."""
 
 from __future__ import annotations
 
 import gc
-from collections import deque
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Generator, Sequence
+from contextlib import ExitStack
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from rumo.checks import as_mapping, checked, whole_number
+from rumo.checks import checked
 from rumo.controllers import Controller
 from rumo.errors import ArgumentError, PlantError
-from rumo.model import Model
-from rumo.references import Reference, constant
-from rumo.signals import Array, Values
-from rumo.simulation.log import Recorder
-from rumo.simulation.plant import Plant
-from rumo.simulation.sensors import Sensors, observation, require_same_units
-from rumo.simulation.wind import Disturbance
+from rumo.estimation import Unfiltered
+from rumo.interrupts import interruptible
+from rumo.plan import Plan
+from rumo.references import Preview, Reference, as_reference
+from rumo.signals import Array, NamedArray, Signals
+from rumo.simulation.actuators import Actuators
+from rumo.simulation.faults import Fault
+from rumo.simulation.foreign import as_plant
+from rumo.simulation.sample import Sample
+from rumo.simulation.scenario import Scenario
+from rumo.simulation.sensors import RunningSensors, known_observer, require_same_units
 
-if TYPE_CHECKING:
-    import xarray as xr
 
+class ClosedLoop:
+    """A scenario, sample by sample: `for sample in ClosedLoop(scenario)`. Each such loop is a new run.
 
-def simulate(
-    controller: Controller,
-    plant: Model | Plant,
-    x: Values,
-    reference: Reference | Mapping[str, float],
-    duration: float,
-    *,
-    applied: Mapping[str, float] | ArrayLike | None = None,
-    seed: int = 0,
-    sensors: Sensors | None = None,
-    disturbances: Mapping[str, Disturbance] | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> xr.Dataset:
-    """Run a controller in closed loop with a plant.
-
-    At each sample the plant is measured, the controller computes a command, and the command computed `delay` samples
-    ago is held until the next sample.
+    Between two samples the controller may be changed; the sample's input is applied when the next sample is asked for.
 
     Parameters
     ----------
-    controller : Controller
-        It is reset first.
-    plant : Model or Plant
-        What is controlled; a `Plant` where tolerances or scales matter. Its inputs include the controller's, further
-        ones stay 0; each state of the controller's model is one of its states or outputs, in the same unit.
-    x : mapping or sequence, (plant nx,)
-        Initial state of the plant.
-    reference : callable or mapping of str to float
-        Times (n,) [s] -> signal -> values (n,); a mapping is held.
-    duration : float
-        [s].
-    applied : mapping, or array_like (nu,) or (max(delay, 1), nu), optional
-        Inputs decided before the start; the safe input if not given.
-    seed : int
-        Of noise and disturbances: the same seed gives the same log, but for timings.
-    sensors : Sensors, optional
-        Exact states if not given.
-    disturbances : mapping of str to Disturbance, optional
-        Plant parameters that vary with time, such as the wind.
-    progress : callable, optional
-        Called with (samples done, all samples).
+    scenario : Scenario
+        What is run.
+    controller : Controller, optional
+        One that is there already; as the scenario wants it if not given. It is reset first.
 
-    Returns
-    -------
-    xarray.Dataset
-        See the page on logs; save it with `rumo.simulation.save(log, "run.nc")`.
+    Attributes
+    ----------
+    controller : Controller
+        That controls.
+    plant : Plant or ForeignPlant
+        That is controlled.
+    measured : Signals
+        What is measured.
 
     Raises
     ------
     ArgumentError
-        If names or shapes don't fit.
-    PlantError
-        If the plant cannot be integrated; its `log` has the run so far.
+        If names, units or shapes don't fit together.
     """
-    problem = checked(controller, "controller", Controller).problem
-    model, dt = problem.model, problem.sampling_time
-    integrator = plant if isinstance(plant, Plant) else Plant(checked(plant, "plant", Model), dt)
-    plant = integrator.model
-    if integrator.sampling_time != dt:
-        raise ArgumentError("plant", f"a sampling time of {integrator.sampling_time:g} s", f"the problem's {dt:g} s")
-    if not dt <= duration < np.inf:
-        raise ArgumentError("duration", f"{duration!r}", f"at least one sampling time of {dt:g} s, finite")
-    whole_number(seed, "seed", 0)
-    for name in model.inputs:
-        plant.inputs.index(name, "plant")
-    require_same_units(plant, model, model.inputs)
-    state = plant.states.finite_vector(x, "x")
-    reference = constant(reference) if isinstance(reference, Mapping) else reference
-    if not callable(reference):
-        raise ArgumentError("reference", repr(reference), "a function of times, or a mapping from names to numbers")
-    sensors = Sensors() if sensors is None else checked(sensors, "sensors", Sensors)
 
-    steps = round(duration / dt)
-    times = dt * np.arange(steps)
-    wind_rng, noise_rng = np.random.default_rng(seed).spawn(2)
-    parameters = np.tile(plant.default_parameters, (steps, 1))
-    for name, disturbance in (disturbances or {}).items():
-        column = plant.parameters.index(name, "disturbances")
-        parameters[:, column] = disturbance.sample(times, wind_rng)
-    noise = sensors.deviations(plant) * noise_rng.standard_normal((steps, len(plant.states)))
-    observe = observation(plant, model)
-    estimate = sensors.start(problem)
-
-    controller.reset(applied=applied)
-    decided = deque(controller.applied[: problem.delay])
-    columns = [plant.inputs.index(name) for name in model.inputs]
-    held = np.zeros(len(plant.inputs))
-    held[columns] = controller.applied[0]
-    recorder = Recorder(controller, plant, seed)
-    gc.collect()  # what the set-up left behind would otherwise be collected, and counted, within a step
-    for k, t in enumerate(times):
-        measured = observe(state + noise[k], held, parameters[k]).full().ravel()
-        estimated = measured if estimate is None else estimate(measured, held[columns])
-        window = as_mapping(reference(t + problem.times), "reference(t)")
-        plan = controller.step(estimated, window)
-        decided.append(plan.command.values)
-        held[columns] = decided.popleft()
-        recorder.add(
-            plan,
-            time=t,
-            plant=state,
-            measured=measured,
-            estimated=estimated,
-            applied=held[columns].copy(),
-            reference=_now(window, problem.outputs.names),
-            disturbance=parameters[k],
+    def __init__(self, scenario: Scenario, controller: Controller | None = None) -> None:
+        self.scenario = checked(scenario, "scenario", Scenario)
+        self.controller = (
+            scenario.make_controller() if controller is None else checked(controller, "controller", Controller)
         )
+        problem = self.controller.problem
+        model, dt = problem.model, problem.sampling_time
+        if dt != scenario.problem.sampling_time or problem.delay != scenario.problem.delay:
+            raise ArgumentError(
+                "controller",
+                f"one with samples of {dt:g} s and a delay of {problem.delay}",
+                f"the scenario's, {scenario.problem.sampling_time:g} s and {scenario.problem.delay}",
+            )
+        self.plant = plant = as_plant(scenario.plant, dt)
+        for name in model.inputs:
+            plant.inputs.index(name, "plant")
+        require_same_units(plant, model, model.inputs)
+        self._x = plant.states.finite_vector(scenario.x, "x")
+        for name in scenario.disturbances:
+            plant.parameters.index(name, "disturbances")
+        scenario.sensors.check(plant, model)
+        self.measured = scenario.sensors.signals(plant, model)
+        for fault in scenario.faults:
+            fault.check(self.measured, model.inputs)
+        with interruptible():
+            self._states = known_observer(plant, model.states)
+            self._outputs = known_observer(plant, problem.outputs)
+
+    def __len__(self) -> int:
+        return self.scenario.samples
+
+    def __iter__(self) -> Generator[Sample, None, None]:
+        scenario, controller, plant = self.scenario, self.controller, self.plant
+        problem, reference = controller.problem, as_reference(scenario.reference)
+        model, times = problem.model, problem.sampling_time * np.arange(len(self))
+        faults = [(fault, fault.samples(problem.sampling_time)) for fault in scenario.faults]
+        disturbance, sensors = self._random()
+        with interruptible():
+            estimator = (scenario.estimator or Unfiltered()).start(problem, sensors.signals.names)
+        plant.reset()
+        controller.reset(applied=scenario.applied)
+        actuators = Actuators(controller)
+        columns = [plant.inputs.index(name) for name in model.inputs]
+        state, held = self._x, np.zeros(len(plant.inputs))
+        held[columns] = controller.applied[0]
+        readings, last = list[Array](), np.full(len(model.states), np.nan)
+        own_parameters = parameters = controller.parameters
+        previewed = False
+        gc.collect()  # what the set-up left behind would otherwise be collected, and counted, within a step
         try:
-            state = integrator.advance(state, held, parameters[k])
-        except PlantError as error:
-            raise PlantError(f"At t = {t:g} s: {error}", recorder.dataset()) from None
-        if progress is not None:
-            progress(k + 1, steps)
-    return recorder.dataset()
+            for k, t in enumerate(times.tolist()):
+                bad = [(fault, k - samples.start) for fault, samples in faults if k in samples]
+                given = disturbance[k]
+                measured = received = sensors.read(k, state, held, given)
+                readings.append(measured)
+                for fault, before in bad:
+                    received = fault.sense(received, readings, before, sensors.signals)
+                true = self._states(state, held, given), self._outputs(state, held, given)
+
+                estimate = estimator.update(received, actuators.believed, parameters[0])
+                last = estimate.x if np.isfinite(estimate.x).all() else last
+                preview = _preview(reference, t + problem.times, NamedArray(model.states, last))
+                if preview.parameters:
+                    controller.parameters, previewed = preview.parameters, True
+                parameters = _believed(controller)
+                plan = _step(controller, estimate.x, preview, bad, actuators, k)
+                held[columns] = actuators.apply(k, bad)
+
+                yield Sample(
+                    index=k,
+                    time=t,
+                    plant=NamedArray(plant.states, state),
+                    measured=NamedArray(sensors.signals, measured),
+                    received=NamedArray(sensors.signals, received),
+                    estimated=NamedArray(model.states, estimate.x),
+                    covariance=estimate.covariance,
+                    preview=preview,
+                    reference=NamedArray(problem.outputs, _now(preview, problem.outputs)),
+                    parameters=parameters,
+                    plan=plan,
+                    applied=NamedArray(model.inputs, held[columns].copy()),
+                    disturbance=NamedArray(plant.parameters, given),
+                    states=NamedArray(model.states, true[0]),
+                    outputs=NamedArray(problem.outputs, true[1]),
+                )
+                try:
+                    state = plant.advance(state, held, given)
+                except PlantError as error:
+                    raise PlantError(f"At t = {t:g} s: {error}") from None
+        finally:
+            if previewed:  # the others were this run's
+                controller.parameters = dict(zip(model.parameters, own_parameters.T, strict=True))
+
+    def _random(self) -> tuple[Array, RunningSensors]:
+        """Parameters of the plant at each sample (K, np_), and sensors with their noise: all that the seed decides."""
+        scenario, plant, problem = self.scenario, self.plant, self.controller.problem
+        wind, noise = np.random.default_rng(scenario.seed).spawn(2)
+        times = problem.sampling_time * np.arange(len(self))
+        disturbance = np.tile(plant.default_parameters, (len(self), 1))
+        for name, source in scenario.disturbances.items():
+            disturbance[:, plant.parameters.index(name)] = source.sample(times, wind)
+        return disturbance, scenario.sensors.start(plant, problem.model, len(self), noise)
 
 
-def _now(window: Mapping[str, Array], outputs: tuple[str, ...]) -> Array:
-    return np.array([np.ravel(window[name])[0] for name in outputs])
+def _preview(reference: Reference, times: Array, x: NamedArray) -> Preview:
+    preview = reference.preview(times, x)
+    if not isinstance(preview, Preview):
+        raise ArgumentError("reference.preview()", repr(preview), "a rumo.references.Preview")
+    return preview
+
+
+def _believed(controller: Controller) -> Array:
+    """The controller's parameters (N, np_): set as a mapping, read as an array."""
+    return controller.parameters
+
+
+def _now(preview: Preview, outputs: Signals) -> Array:
+    return np.array([np.ravel(preview.signals.get(name, np.nan))[0] for name in outputs], dtype=float)
+
+
+def _step(
+    controller: Controller,
+    x: Array,
+    preview: Preview,
+    bad: Sequence[tuple[Fault, int]],
+    actuators: Actuators,
+    k: int,
+) -> Plan | None:
+    """The controller's step at sample k, whose command is then on its way; None if the controller does not run."""
+    if not all(fault.runs for fault, _ in bad):
+        actuators.skipped = True
+        return None
+    if actuators.skipped:
+        actuators.tell(k)
+    with ExitStack() as contexts:
+        for fault, _ in bad:
+            contexts.enter_context(fault.around(controller))
+        with interruptible():
+            plan = controller.step(x, preview.signals)
+    late = [fault.lateness for fault, _ in bad]
+    if None not in late:
+        actuators.send(k, plan.command.values, sum(samples or 0 for samples in late))
+    return plan

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,8 +9,8 @@ import numpy as np
 
 from rumo.errors import ArgumentError
 from rumo.problem import Problem
-from rumo.references import Reference, constant
-from rumo.signals import Array
+from rumo.references import ReferenceLike, as_reference
+from rumo.signals import Array, NamedArray
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,7 +41,7 @@ class Recording:
         return len(self.x)
 
 
-def recorded(problem: Problem, log: xr.Dataset, reference: Reference | Mapping[str, float]) -> Recording:
+def recorded(problem: Problem, log: xr.Dataset, reference: ReferenceLike) -> Recording:
     """What the controller of a log was told, at all samples for which the log knows the inputs already decided.
 
     Parameters
@@ -51,7 +50,7 @@ def recorded(problem: Problem, log: xr.Dataset, reference: Reference | Mapping[s
         That it solved.
     log : xarray.Dataset
         From `simulate`.
-    reference : callable or mapping of str to float
+    reference : Reference, callable, or mapping of str to float
         That it followed, as `simulate` takes it.
 
     Raises
@@ -64,15 +63,17 @@ def recorded(problem: Problem, log: xr.Dataset, reference: Reference | Mapping[s
     samples = np.arange(first, log.sizes["time"] - decided + 1)
     if not len(samples):
         raise ArgumentError("log", f"{log.sizes['time']} samples", f"at least {first + decided}, with this delay")
-    follow = constant(reference) if isinstance(reference, Mapping) else reference
-    windows = [follow(log["time"].to_numpy()[k] + problem.times) for k in samples]
+    follow, states, times = as_reference(reference), log["estimated"].to_numpy(), log["time"].to_numpy()
+    windows = [
+        follow.preview(times[k] + problem.times, NamedArray(problem.model.states, states[k])).signals for k in samples
+    ]
     shape, inputs = (len(samples), len(problem.times)), log["applied"].to_numpy()
     outputs = [
         np.reshape([np.broadcast_to(window[name], shape[1:]) for window in windows], shape) for name in problem.outputs
     ]
     return Recording(
         problem,
-        log["estimated"].to_numpy()[samples].copy(),
+        states[samples].copy(),
         np.stack(outputs, axis=-1),
         np.array([inputs[k - first : k - first + decided] for k in samples]),
     )

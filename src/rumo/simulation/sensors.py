@@ -1,70 +1,140 @@
-"""What the controller gets to know of the plant: noisy states, estimated."""
+"""What is measured of the plant, and how well."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
-import casadi as ca
 import numpy as np
 
+from rumo.checks import as_mapping, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
-from rumo.estimation import Estimator, RunningEstimator
+from rumo.interrupts import interruptible
 from rumo.model import Model
-from rumo.problem import Problem
-from rumo.signals import Array
+from rumo.signals import Array, Signals
+from rumo.simulation.foreign import ForeignPlant
+from rumo.simulation.plant import Plant
+
+AnyPlant = Plant | ForeignPlant
 
 
 @dataclass(frozen=True)
 class Sensors:
-    """Gaussian noise on the plant's states, and an estimator behind it.
+    """Which signals of the plant are measured, with which Gaussian noise, and how late.
 
     Parameters
     ----------
     noise : mapping of str to float
-        Standard deviation of the noise on each plant state, in its unit; none where not given.
-    estimator : Estimator, optional
-        Turns measurements of the controller's states into estimates; they pass unchanged without one.
+        Standard deviation by signal, in its unit; none where not given. Noise on a state of the plant is that of its
+        sensor: measured outputs that are computed from the state have it too, unless they have noise of their own.
+    measured : tuple of str, optional
+        States and outputs of the plant; those named like the states of the controller's model if not given. With any
+        others an estimator has to find the states.
+    late : mapping of str to int
+        Samples from a measurement to its arrival; NaN comes until the first has arrived.
     """
 
-    noise: Mapping[str, float] = field(default_factory=dict)
-    estimator: Estimator | None = None
+    noise: Mapping[str, float] = field(default_factory=dict[str, float])
+    measured: tuple[str, ...] | None = None
+    late: Mapping[str, int] = field(default_factory=dict[str, int])
 
-    def start(self, problem: Problem) -> RunningEstimator | None:
-        """Return a fresh estimator for a run, None where measurements pass unchanged."""
-        if isinstance(self.estimator, type):
-            raise ArgumentError("estimator", self.estimator.__name__, "settings such as Butterworth(cutoff=3.5)")
-        return self.estimator.start(problem) if self.estimator else None
+    def signals(self, plant: AnyPlant, model: Model) -> Signals:
+        """Names and units of what is measured; raises where plant and model don't fit together."""
+        names = model.states.names if self.measured is None else tuple(self.measured)
+        known = (*plant.states, *plant.outputs)
+        for name in names:
+            if name not in known:
+                needed = name in model.states
+                cure = f"Give {plant.name} an output of this name: the controller needs it as a state."
+                raise UnknownNameError("plant" if needed else "measured", name, known, cure if needed else "")
+        require_same_units(plant, model, names)
+        return Signals({name: unit_of(plant, name) for name in names}, "measured")
 
-    def deviations(self, plant: Model) -> Array:
-        """Standard deviation of each plant state's noise (nx,)."""
-        sigma = plant.states.finite_vector(dict(self.noise), "noise", np.zeros(len(plant.states)))
+    def deviations(self, signals: Signals) -> Array:
+        """Standard deviation of the noise on each of some signals (n,)."""
+        return np.array([self.noise.get(name, 0.0) for name in signals], dtype=float)
+
+    def start(self, plant: AnyPlant, model: Model, samples: int, rng: np.random.Generator) -> RunningSensors:
+        """Sensors for a run of so many samples, with all of their noise."""
+        return RunningSensors(self, plant, self.signals(plant, model), samples, rng)
+
+    def check(self, plant: AnyPlant, model: Model) -> None:
+        """Raise unless every setting belongs to the plant."""
+        signals = self.signals(plant, model)
+        sources = Signals({name: unit_of(plant, name) for name in dict.fromkeys((*plant.states, *signals))}, "noise")
+        sources.finite_vector(as_mapping(self.noise, "noise"), "noise", np.zeros(len(sources)))
         for name, value in self.noise.items():
             if value < 0.0:
                 raise ArgumentError(f"noise[{name!r}]", f"{value:g}", "a standard deviation of 0 or more")
-        return sigma
+        for name, samples in as_mapping(self.late, "late").items():
+            signals.index(name, "late")
+            whole_number(samples, f"late[{name!r}]", 0)
 
 
-def require_same_units(plant: Model, model: Model, names: Iterable[str]) -> None:
+class RunningSensors:
+    """Sensors at work.
+
+    Attributes
+    ----------
+    signals : Signals
+        What is measured.
+    """
+
+    def __init__(
+        self, sensors: Sensors, plant: AnyPlant, signals: Signals, samples: int, rng: np.random.Generator
+    ) -> None:
+        self.signals = signals
+        self._observe = plant.observer(signals.names)
+        self._noise = sensors.deviations(plant.states) * rng.standard_normal((samples, len(plant.states)))
+        # Outputs with noise of their own: computed from the true state.
+        self._own = np.array([name in sensors.noise and name not in plant.states for name in signals], dtype=bool)
+        own = np.where(self._own, sensors.deviations(signals), 0.0)
+        self._own_noise = own * rng.standard_normal((samples, len(signals))) if self._own.any() else None
+        self._late = np.array([sensors.late.get(name, 0) for name in signals], dtype=int)
+        self._read: list[Array] = []
+
+    def read(self, k: int, x: Array, u: Array, p: Array) -> Array:
+        """What arrives at sample k (m,), of a plant in state x with input u held since the sample before."""
+        with interruptible():
+            values = self._observe(x + self._noise[k], u, p)
+            if self._own_noise is not None:
+                values = np.where(self._own, self._observe(x, u, p) + self._own_noise[k], values)
+        if not self._late.any():
+            return values
+        self._read.append(values)
+        late = zip(self._late, range(len(values)), strict=True)
+        return np.array([self._read[k - samples][j] if samples <= k else np.nan for samples, j in late])
+
+
+def unit_of(plant: AnyPlant, name: str) -> str:
+    """Unit of a state, input or output of a plant."""
+    signals = next(group for group in (plant.states, plant.inputs, plant.outputs) if name in group)
+    return signals.unit(name)
+
+
+def require_same_units(plant: AnyPlant, model: Model, names: Iterable[str]) -> None:
     """Raise if a signal that plant and model share has another unit in each."""
+    shared = {name for signals in model.signals for name in signals}
     for name in names:
-        if plant.unit(name) != model.unit(name):
+        if name in shared and unit_of(plant, name) != model.unit(name):
             raise ArgumentError(
                 "plant",
-                f"{name!r} in {plant.unit(name)}",
+                f"{name!r} in {unit_of(plant, name)}",
                 f"the controller's unit, {model.unit(name)}",
                 "Rumo does not convert units.",
             )
 
 
-def observation(plant: Model, model: Model) -> ca.Function:
-    """Function `(x, u, p) -> (nx,)` from the plant to the controller's states: plant states or outputs of that name."""
-    known = (*plant.states, *plant.outputs)
-    for name in model.states:
-        if name not in known:
-            raise UnknownNameError(
-                "plant", name, known, f"Give {plant.name} an output of this name: the controller needs it as a state."
-            )
-    require_same_units(plant, model, model.states)
-    rows = [plant.expression(name, "plant") for name in model.states]
-    return ca.Function("observation", [plant.x, plant.u, plant.p], [ca.vertcat(*rows)])
+def known_observer(plant: AnyPlant, names: Iterable[str]) -> Callable[[Array, Array, Array], Array]:
+    """Function `(x, u, p) -> (n,)` of signals, NaN where the plant has none of that name."""
+    names = tuple(names)
+    known = tuple(name for name in names if name in plant.states or name in plant.outputs)
+    observe, columns = plant.observer(known), [names.index(name) for name in known]
+
+    def observed(x: Array, u: Array, p: Array) -> Array:
+        values = np.full(len(names), np.nan)
+        with interruptible():
+            values[columns] = observe(x, u, p)
+        return values
+
+    return observed

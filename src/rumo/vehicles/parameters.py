@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 
+import numpy as np
+
 from rumo.checks import positive_number
+from rumo.signals import Array
 
 GRAVITY = 9.81
 """Acceleration of gravity [m/s^2]."""
@@ -91,6 +94,15 @@ class VehicleParameters:
     def rear_load(self) -> float:
         """Static normal load of one rear tyre [N]."""
         return 0.5 * self.m * GRAVITY * self.l_f / self.wheelbase
+
+    def rolling(self, speed: Array, curvature: Array) -> dict[str, Array]:
+        """States v_y, w_f, w_r, delta of rolling without slip at a speed [m/s] along a curvature [1/m], all (n,)."""
+        return {
+            "v_y": self.l_r * (speed * curvature),
+            "w_f": speed * np.sqrt(1.0 + (self.wheelbase * curvature) ** 2) / self.r,
+            "w_r": speed / self.r,
+            "delta": np.arctan(self.wheelbase * curvature),
+        }
 
 
 def _require_positive(parameters: object, name: str) -> None:

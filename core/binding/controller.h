@@ -1,0 +1,181 @@
+// The real-time iteration for Python. The interpreter lock is released while the core works.
+#ifndef RUMO_BINDING_CONTROLLER_H
+#define RUMO_BINDING_CONTROLLER_H
+
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "arrays.h"
+#include "description.h"
+
+namespace {
+
+class Controller {
+public:
+    Controller(std::uintptr_t table, nb::dict description, nb::dict settings) : api_(table_at(table)) {
+        Description d(description);
+        const auto problem = d.read<rumo_problem>();
+        raise_if(portable_table()->check(&problem));
+        const rumo_settings chosen = settings_from(settings);
+        sizes_ = problem.sizes;
+        memory_ = std::make_unique<unsigned char[]>(api_->size(&problem));
+        core_ = api_->create(&problem, &chosen, memory_.get());
+        const auto &s = sizes_;
+        count_ = static_cast<std::size_t>(s.horizon * s.inputs + (s.horizon + 1) * s.states +
+                                          s.horizon * (s.constraints + s.algebraic) + RUMO_DIAGNOSTIC_COUNT);
+    }
+
+    void configure(nb::dict settings) {
+        const rumo_settings chosen = settings_from(settings);
+        Lock lock(*this);
+        api_->configure(core_, &chosen);
+    }
+
+    // Other numbers, by their names; those left out stay.
+    void update(nb::dict values) {
+        Description d(values);
+        const auto numbers = d.numbers(sizes_);
+        rumo_fault fault;
+        {
+            Lock lock(*this);
+            fault = api_->update(core_, &numbers);
+        }
+        raise_if(fault);
+    }
+
+    void reset() {
+        Lock lock(*this);
+        api_->reset(core_);
+    }
+
+    void engage(nb::handle x, nb::handle u) {
+        const Vector state(x, (static_cast<std::size_t>(sizes_.horizon) + 1) * states(), "x");
+        const Vector inputs(u, static_cast<std::size_t>(sizes_.horizon * sizes_.inputs), "u");
+        Lock lock(*this);
+        api_->engage(core_, state.data(), inputs.data());
+    }
+
+    void start(nb::handle x) {
+        const Vector state(x, states(), "x");
+        Lock lock(*this);
+        api_->start(core_, state.data());
+    }
+
+    void set_applied(nb::handle inputs) {
+        const Vector values(inputs, decided(), "applied");
+        Lock lock(*this);
+        std::copy_n(values.data(), decided(), api_->applied(core_));
+    }
+
+    void set_parameters(nb::handle parameters) {
+        const Vector values(parameters, static_cast<std::size_t>(sizes_.horizon * sizes_.parameters), "parameters");
+        Lock lock(*this);
+        api_->set_parameters(core_, values.data());
+    }
+
+    void get_applied(nb::handle inputs) {
+        const Vector values(inputs, decided(), "applied");
+        Lock lock(*this);
+        std::copy_n(api_->applied(core_), decided(), values.writable());
+    }
+
+    std::vector<long long> counts() {
+        Lock lock(*this);
+        const long long *counts = api_->counts(core_);
+        return std::vector<long long>(counts, counts + RUMO_STATUS_COUNT);
+    }
+
+    void prepare() {
+        Lock lock(*this);
+        api_->prepare(core_);
+    }
+
+    bool ready() {
+        Lock lock(*this);
+        return api_->prepared(core_) != 0;
+    }
+
+    // Both write the plan's numbers into an array; (status, cause, prepare, feedback, iterations, and
+    // None or what is in conflict as (kind, stage, index)).
+    nb::tuple feedback(nb::handle x, nb::handle reference, nb::handle numbers) {
+        return run(api_->feedback, x, reference, numbers);
+    }
+
+    nb::tuple step(nb::handle x, nb::handle reference, nb::handle numbers) {
+        return run(api_->step, x, reference, numbers);
+    }
+
+    // Runs recorded measurements (steps, nx) and references (steps, N + 1, ny); times (steps, 3) [s] of
+    // linearisation, of the preparation that it belongs to, and of feedback.
+    void replay(nb::handle x, nb::handle reference, nb::handle applied, nb::handle times, int steps) {
+        const auto count = static_cast<std::size_t>(steps);
+        const Vector states_in(x, count * states(), "x"), wanted(reference, count * window(), "reference");
+        const Vector decided_in(applied, count * decided(), "applied"), out(times, 3 * count, "times");
+        Lock lock(*this);
+        nb::gil_scoped_release release;
+        rumo_plan plan;
+        for (std::size_t i = 0; i < count; ++i) {
+            std::copy_n(decided_in.data() + i * decided(), decided(), api_->applied(core_));
+            api_->step(core_, states_in.data() + i * states(), wanted.data() + i * window(), &plan);
+            out.writable()[3 * i] = plan.linearize_seconds;
+            out.writable()[3 * i + 1] = plan.prepare_seconds;
+            out.writable()[3 * i + 2] = plan.feedback_seconds;
+        }
+    }
+
+private:
+    // Two threads may not be in one controller; waiting for the other must not hold the interpreter.
+    struct Lock {
+        explicit Lock(Controller &c) : lock_(c.mutex_, std::defer_lock) {
+            if (!lock_.try_lock()) {
+                nb::gil_scoped_release release;
+                lock_.lock();
+            }
+        }
+        std::unique_lock<std::mutex> lock_;
+    };
+
+    std::size_t states() const { return static_cast<std::size_t>(sizes_.states); }
+    std::size_t decided() const { return static_cast<std::size_t>(std::max(sizes_.delay, 1) * sizes_.inputs); }
+    std::size_t window() const { return static_cast<std::size_t>((sizes_.horizon + 1) * sizes_.outputs); }
+
+    nb::tuple run(void (*function)(rumo_controller *, const double *, const double *, rumo_plan *), nb::handle x,
+                  nb::handle reference, nb::handle numbers) {
+        const Vector state(x, states(), "x", states()), out(numbers, count_, "numbers");
+        const Vector wanted(reference, window(), "reference", static_cast<std::size_t>(sizes_.outputs));
+        rumo_plan plan;
+        std::vector<rumo_conflict> limits; // copied while the controller is ours: another thread's step would overwrite them
+        {
+            Lock lock(*this);
+            nb::gil_scoped_release release;
+            function(core_, state.data(), wanted.data(), &plan);
+            std::copy_n(plan.numbers, count_, out.writable());
+            if (plan.conflicts > 0) limits.assign(plan.conflict, plan.conflict + plan.conflicts);
+        }
+        nb::object conflict = nb::none();
+        if (!limits.empty()) {
+            nb::list found;
+            for (const auto &limit : limits)
+                found.append(nb::make_tuple(static_cast<int>(limit.kind), limit.stage, limit.index));
+            conflict = found;
+        }
+        return nb::make_tuple(static_cast<int>(plan.status), static_cast<int>(plan.cause), plan.prepare_seconds,
+                              plan.feedback_seconds, plan.iterations, conflict);
+    }
+
+    const rumo_api *api_;
+    rumo_sizes sizes_{};
+    std::unique_ptr<unsigned char[]> memory_;
+    rumo_controller *core_ = nullptr;
+    std::size_t count_ = 0;
+    std::mutex mutex_;
+};
+
+} // namespace
+
+#endif

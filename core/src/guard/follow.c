@@ -1,0 +1,65 @@
+/* What is applied whatever happened: the plan, else the one before, shifted, else the safe input. */
+#ifndef RUMO_FOLLOW_C
+#define RUMO_FOLLOW_C
+
+#include "guard/guard.h"
+#include "guard/shift.c"
+
+/* The inputs nearest to u (count, nu) that respect bounds (count, nu) and move bounds, one after the other; move
+ * bounds of the next lie `next` numbers on. */
+static void make_admissible(int nu, const double *before, const double *lower, const double *upper, const double *move_lower,
+                            const double *move_upper, int next, double *u, int count) {
+    for (int k = 0; k < count; ++k, lower += nu, upper += nu, move_lower += next, move_upper += next) {
+        for (int j = 0; j < nu; ++j) {
+            const double wanted = u[k * nu + j], move = wanted - before[j];
+            /* An admissible input stays what it is; a move may be as large as numbers get. */
+            const double reached = move < move_lower[j]   ? before[j] + move_lower[j]
+                                   : move > move_upper[j] ? before[j] + move_upper[j]
+                                                          : wanted;
+            u[k * nu + j] = clip(reached, lower[j], upper[j]);
+        }
+        before = u + k * nu;
+    }
+}
+
+/* Complete the plan: `solved` says whether it is a solution, and the cause how far the solver got. Returns the status of
+ * what is applied, and shifts the plan into what is followed next. */
+static rumo_status follow(rumo_guard *g, int solved, rumo_status cause) {
+    const dims *s = &g->s;
+    const rumo_bounds *bounds = &g->data.bounds;
+    const int N = s->N, d = s->d, nx = s->nx, nu = s->nu, decided = decided_inputs(s);
+    double *u = g->u, *x = g->x, *last = g->applied + (decided - 1) * nu;
+    rumo_status status = cause;
+    if (solved) {
+        g->inputs_left = N - d - 1;
+    } else if (g->has_next && g->inputs_left > 0) {
+        copy(u, g->next_u, N * nu);
+        copy(x, g->next_x, (N + 1) * nx);
+        copy(g->inner, g->next_inner, s->ni * s->lanes);
+        --g->inputs_left;
+    } else {
+        for (int i = 0; i < N * nu; ++i) u[i] = bounds->safe_input[i % nu];
+        for (int i = 0; i < (N + 1) * nx; ++i) x[i] = NAN;
+        for (int i = 0; i < s->ni * s->lanes; ++i) g->inner[i] = NAN;
+        status = RUMO_PLAN_EXHAUSTED;
+    }
+    copy(u, g->applied, d * nu);
+    make_admissible(nu, last, bounds->input_lower + d * nu, bounds->input_upper + d * nu, bounds->move_lower,
+                    bounds->move_upper, 0, u + d * nu, N - d);
+    const double *command = u + d * nu;
+    memmove(g->applied, g->applied + nu, (size_t)((decided - 1) * nu) * sizeof(double));
+    copy(last, command, nu);
+
+    ++g->counts[status];
+    g->has_next = status != RUMO_PLAN_EXHAUSTED;
+    if (g->has_next) shift_plan(g);
+    /* A guess from which the solver came to nothing is not kept: the next measurement gives a new one, at rest. If that
+     * fails too, the shifted plan is the better guess, until there is a solution. */
+    const int fruitless = !solved && (cause == RUMO_SOLVER_FAILED || cause == RUMO_BUDGET_EXCEEDED);
+    g->blameless = !solved && (g->blameless || (fruitless && g->resting));
+    g->has_guess = g->has_next && (!fruitless || g->blameless);
+    g->resting = 0;
+    return status;
+}
+
+#endif

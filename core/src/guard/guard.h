@@ -1,0 +1,72 @@
+/* What a guard remembers: it decides what is applied, whatever a solver came to, and needs nothing else of a controller. */
+#ifndef RUMO_GUARD_H
+#define RUMO_GUARD_H
+
+#include "base/system.h"
+
+#include "rumo_core.h"
+
+#include "base/arena.h"
+#include "base/dims.h"
+
+struct rumo_guard {
+    dims s;
+    rumo_guard_data data;
+    double gate_width;
+    int gate_patience;
+
+    double *u, *x, *inner;                /* the plan: (N, nu), (N + 1, nx), (ni, lanes) */
+    double *next_u, *next_x, *next_inner; /* the same one sample later: what is followed without a solution */
+    int has_next, inputs_left;
+    double *applied;                      /* (max(d, 1), nu), oldest first */
+    long long counts[RUMO_STATUS_COUNT];
+
+    int has_guess, resting;               /* whether the solver has a guess, and whether that is a state at rest */
+    int blameless;                        /* a guess at rest has failed too: the shifted plan is not to blame */
+
+    int implausible, repeats;             /* samples in a row that the gate has held back, and why */
+    int changes, has_last;                /* plausible samples that differed from the one before, up to GATE_CHANGES */
+    int surprised;                        /* whether the last sample was believed against the prediction */
+    double *suspect, *last_x;             /* (nx,): the last implausible and the last plausible sample */
+
+    double *rows, *next_rows;             /* (N, ni): for callers of a guard by itself */
+};
+
+/* All but the plan. */
+static void lay_out_guard(arena *a, rumo_guard *g, const rumo_guard_data *data) {
+    const dims s = g->s = dims_of(&data->sizes);
+    g->data = *data;
+    g->next_u = alloc_doubles(a, s.N * s.nu);
+    g->next_x = alloc_doubles(a, (s.N + 1) * s.nx);
+    g->next_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
+    g->applied = alloc_doubles(a, decided_inputs(&s) * s.nu);
+    g->suspect = alloc_doubles(a, s.nx);
+    g->last_x = alloc_doubles(a, s.nx);
+}
+
+static void configure_guard(rumo_guard *g, const rumo_settings *settings) {
+    g->gate_width = settings->gate_width;
+    g->gate_patience = settings->gate_patience;
+}
+
+RARE static void reset_guard(rumo_guard *g) {
+    const int nu = g->s.nu;
+    g->has_next = g->inputs_left = g->has_guess = g->resting = g->blameless = 0;
+    g->implausible = g->repeats = g->changes = g->has_last = g->surprised = 0;
+    for (int k = 0; k < decided_inputs(&g->s); ++k) copy(g->applied + k * nu, g->data.bounds.safe_input, nu);
+    memset(g->counts, 0, sizeof g->counts);
+}
+
+/* The last input decided, before the first free one. */
+static inline const double *last_decided(const rumo_guard *g) { return g->applied + (decided_inputs(&g->s) - 1) * g->s.nu; }
+
+/* The guess is a state at rest from now on, with the last input decided, as far as bounds allow: u (N, nu). */
+static void rest(rumo_guard *g, double *u) {
+    const rumo_bounds *bounds = &g->data.bounds;
+    const double *last = last_decided(g);
+    for (int i = 0; i < g->s.N * g->s.nu; ++i)
+        u[i] = clip(last[i % g->s.nu], bounds->input_lower[i], bounds->input_upper[i]);
+    g->has_guess = g->resting = 1;
+}
+
+#endif

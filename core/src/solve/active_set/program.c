@@ -1,0 +1,140 @@
+/* The QP solver by itself, for tests and comparisons: any dense program. */
+#ifndef RUMO_PROGRAM_C
+#define RUMO_PROGRAM_C
+
+#include "base/arena.h"
+#include "solve/active_set/qp.c"
+#include "solve/dense/factorise.c"
+
+typedef struct program {
+    qp q;
+    double *hessian, *factor, *inverse, *transpose, *rows, *gradient;
+    int *imposed;
+} program;
+
+static void lay_out_program(arena *a, program *p, int n, int rows) {
+    alloc_qp(a, &p->q, n, 0, rows);
+    const ptrdiff_t square = (ptrdiff_t)n * p->q.ld;
+    p->hessian = alloc_doubles(a, square);
+    p->factor = alloc_doubles(a, square);
+    p->inverse = alloc_doubles(a, square);
+    p->transpose = alloc_doubles(a, square);
+    p->rows = alloc_doubles(a, (ptrdiff_t)rows * p->q.ld);
+    p->gradient = alloc_doubles(a, p->q.ld);
+    p->imposed = alloc_ints(a, rows);
+    p->q.hessian = p->hessian;
+    p->q.inverse = p->inverse;
+    p->q.transpose = p->transpose;
+    p->q.matrix = p->rows;
+    for (int i = 0; a->base && i < rows; ++i) p->imposed[i] = 1;
+}
+
+static size_t program_size(int variables, int rows) {
+    program p;
+    arena a = {NULL, 0};
+    (void)alloc(&a, sizeof p);
+    lay_out_program(&a, &p, variables, rows);
+    return a.used + ALIGNMENT;
+}
+
+/* Whether all is a number, limits are no infinities on the wrong side, and prices are none below zero. */
+RARE static int sane(const rumo_qp_data *d) {
+    const int n = d->variables, m = d->rows;
+    int fine = all_finite(d->gradient, n) && (m == 0 || all_finite(d->matrix, m * n));
+    for (int i = 0; i < n; ++i) fine &= all_finite(d->hessian + (ptrdiff_t)i * n + i, n - i);
+    for (int i = 0; i < n; ++i) fine &= d->lower[i] < INFINITY && d->upper[i] > -INFINITY;
+    for (int i = 0; i < m; ++i) {
+        fine &= d->row_lower[i] < INFINITY && d->row_upper[i] > -INFINITY;
+        fine &= d->l1[i] >= 0.0 && d->l2[i] >= 0.0 && d->l2[i] < INFINITY;
+        fine &= isinf(d->l1[i]) || d->row_lower[i] <= d->row_upper[i];
+    }
+    return fine;
+}
+
+/* Take the data over. Prices of a former call and multipliers that came from them do not fit new ones. */
+static void copy_data(program *p, const rumo_qp_data *data) {
+    qp *q = &p->q;
+    const int n = data->variables, m = data->rows;
+    const size_t prices = (size_t)m * sizeof(double);
+    if (memcmp(q->l1 + q->dense, data->l1, prices) != 0 || memcmp(q->l2 + q->dense, data->l2, prices) != 0)
+        clear_members(q);
+    for (int i = 0; i < n; ++i) copy(p->hessian + (ptrdiff_t)i * q->ld, data->hessian + (ptrdiff_t)i * n, n);
+    for (int i = 0; i < m; ++i) {
+        double *row = p->rows + (ptrdiff_t)i * q->ld;
+        copy(row, data->matrix + (ptrdiff_t)i * n, n);
+        const double norm = sqrt(dot(row, row, q->ld));
+        q->weight[q->dense + i] = norm > 0.0 ? 1.0 / norm : 1.0;
+        q->extent[i] = q->ld;
+        /* A price of nothing is no limit. */
+        const int priceless = data->l1[i] == 0.0 && data->l2[i] == 0.0;
+        q->lower[q->dense + i] = data->row_lower[i];
+        q->upper[q->dense + i] = priceless ? INFINITY : data->row_upper[i];
+    }
+    copy(q->lower, data->lower, n);
+    copy(q->upper, data->upper, n);
+    copy(q->l1 + q->dense, data->l1, m);
+    copy(q->l2 + q->dense, data->l2, m);
+    copy(p->gradient, data->gradient, n);
+}
+
+/* Let go of members without a limit. */
+static void drop_unlimited(qp *q) {
+    for (int i = q->count - 1; i >= 0; --i) {
+        const int row = q->member[i];
+        if (isfinite(q->state[row] == AT_LOWER ? q->lower[row] : q->upper[row])) continue;
+        watch(q, row, INACTIVE);
+        drop(q, i);
+    }
+    for (int r = q->dense; r < q->rows; ++r)
+        if (q->state[r] == SATURATED && isinf(q->upper[r])) watch(q, r, INACTIVE);
+}
+
+/* A row whose limits contradict each other, or -1. */
+static int crossed(const qp *q, double tolerance) {
+    for (int r = 0; r < q->rows; ++r)
+        if ((q->lower[r] - q->upper[r]) * q->weight[r] > tolerance) return r;
+    return -1;
+}
+
+static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_settings *settings, int warm, void *memory,
+                                    double *v, double *multipliers, int *conflict) {
+    const int n = data->variables, m = data->rows;
+    rumo_qp_result result = {RUMO_SOLVER_FAILED, 0, 0, 0.0, 0.0};
+    arena a = {aligned(memory), 0};
+    program *p = (program *)(void *)a.base;
+    if (!warm) {
+        p = (program *)alloc(&a, sizeof *p);
+        lay_out_program(&a, p, n, m);
+        limit_increments(&p->q, 0);
+        clear_members(&p->q);
+    }
+    if (!sane(data)) return result;
+    qp *q = &p->q;
+    double start = seconds_now();
+    copy_data(p, data);
+    const budget limits = {settings->qp_iterations, settings->qp_tolerance, settings->qp_seconds};
+    const int impossible = crossed(q, limits.tolerance);
+    if (impossible >= 0) {
+        result.conflicts = 1;
+        *conflict = impossible;
+        return result;
+    }
+    const int definite = factorize(n, q->ld, p->hessian, p->factor, p->inverse, p->transpose);
+    result.factor_seconds = seconds_now() - start;
+    if (!definite) return result;
+    start = seconds_now();
+    renew_members(q, 0, 0, p->imposed);
+    drop_unlimited(q);
+    watch_members(q);
+    result.status = solve_qp(q, p->gradient, &limits);
+    result.seconds = seconds_now() - start;
+    result.iterations = q->iterations;
+    result.conflicts = q->conflicts;
+    copy(v, q->v, n);
+    for (int i = 0; i < n + m; ++i) multipliers[i] = q->state[i] == SATURATED ? q->l1[i] : 0.0;
+    for (int i = 0; i < q->count; ++i) multipliers[q->member[i]] = q->mu[i];
+    memcpy(conflict, q->conflict, (size_t)q->conflicts * sizeof *conflict);
+    return result;
+}
+
+#endif

@@ -1,0 +1,130 @@
+/* From a substep's equations M dw = A0 dx + B du + defect to dw = A dx + B du + c.
+ *
+ * Eight stages at a time, block by block in the triangular order that the sparsity pattern gives, with row pivoting
+ * inside each block. Row exchanges are done stage by stage, where one stage needs them.
+ */
+#ifndef RUMO_ELIMINATE_C
+#define RUMO_ELIMINATE_C
+
+#include "rumo_core.h"
+
+#include "base/lanes.h"
+
+/* A pivot is kept unless another entry of its column is so many times larger, as sparse solvers do. */
+#define PATIENCE 8.0
+
+/* Make the largest entry of a column the pivot, in each stage; rows are compared in the units that end them. */
+static inline void exchange_rows(double *restrict upper, double *restrict lower, int column, int length) {
+    int swap[LANES];
+    const int unit = length - 1;
+    for (int l = 0; l < LANES; ++l)
+        swap[l] = fabs(lower[column * LANES + l]) * lower[unit * LANES + l] >
+                  fabs(upper[column * LANES + l]) * upper[unit * LANES + l];
+    for (int e = column; e < length; ++e)
+        for (int l = 0; l < LANES; ++l) {
+            const double a = upper[e * LANES + l], b = lower[e * LANES + l];
+            upper[e * LANES + l] = swap[l] ? b : a;
+            lower[e * LANES + l] = swap[l] ? a : b;
+        }
+}
+
+/* Whether some stage has an entry below the pivot of column p that is larger. */
+static inline int needs_exchange(const double *restrict work, int m, int row, int p) {
+    const int unit = row - LANES;
+    double excess[LANES];
+    for (int l = 0; l < LANES; ++l) excess[l] = 0.0;
+    for (int i = p + 1; i < m; ++i)
+        for (int l = 0; l < LANES; ++l) {
+            const double size = fabs(work[i * row + p * LANES + l]) * work[i * row + unit + l];
+            excess[l] = size > excess[l] ? size : excess[l];
+        }
+    double most = 0.0;
+    for (int l = 0; l < LANES; ++l) {
+        const double more = excess[l] - PATIENCE * fabs(work[p * row + p * LANES + l]) * work[p * row + unit + l];
+        most = more > most ? more : most;
+    }
+    return most > 0.0;
+}
+
+/* y -= a x, entry by entry and stage by stage. */
+static inline void subtract(double *restrict y, const double *restrict a, const double *restrict x, int count) {
+    for (int e = 0; e < count; ++e)
+        for (int l = 0; l < LANES; ++l) y[e * LANES + l] -= a[l] * x[e * LANES + l];
+}
+
+/* Solve a dense block for its right-hand side, in eight stages at once: work (m, m + k + 1, LANES). */
+static OUTSIDE void solve_block(double *work, int m, int k) {
+    const int columns = m + k, row = (columns + 1) * LANES;
+    for (int p = 0; p < m; ++p) {
+        double *restrict pivot = work + p * row;
+        if (needs_exchange(work, m, row, p))
+            for (int i = p + 1; i < m; ++i) exchange_rows(pivot, work + i * row, p, columns + 1);
+        double inverse[LANES];
+        for (int l = 0; l < LANES; ++l) inverse[l] = 1.0 / pivot[p * LANES + l];
+        for (int e = p + 1; e < columns; ++e)
+            for (int l = 0; l < LANES; ++l) pivot[e * LANES + l] *= inverse[l];
+        const int next = (p + 1) * LANES;
+        for (int i = p + 1; i < m; ++i)
+            subtract(work + i * row + next, work + i * row + p * LANES, pivot + next, columns - p - 1);
+    }
+    for (int p = m - 1; p > 0; --p)
+        for (int i = 0; i < p; ++i)
+            subtract(work + i * row + m * LANES, work + i * row + p * LANES, work + p * row + m * LANES, k);
+}
+
+/* terms (slots, lanes) to result (entries, lanes). */
+static void eliminate(const rumo_elimination *order, const double *unit, const double *restrict terms, int lanes,
+                      double *restrict work, double *restrict result) {
+    for (int first = 0; first < lanes; first += LANES) {
+        const int *load = order->load, *update = order->update, *store = order->store, *unknowns = order->unknowns;
+        for (int b = 0; b < order->blocks; ++b) {
+            const int m = order->size[b], k = order->width[b];
+            zero(work, m * (m + k + 1) * LANES);
+            for (int i = 0; i < m; ++i)
+                for (int l = 0; l < LANES; ++l) work[((i + 1) * (m + k + 1) - 1) * LANES + l] = unit[unknowns[i]];
+            for (int e = 0; e < order->loads[b]; ++e, load += 2)
+                copy(work + load[1] * LANES, terms + (ptrdiff_t)load[0] * lanes + first, LANES);
+            for (int e = 0; e < order->updates[b]; ++e, update += 3) {
+                const double *restrict coefficient = terms + (ptrdiff_t)update[0] * lanes + first;
+                const double *restrict known = result + (ptrdiff_t)update[1] * lanes + first;
+                double *restrict place = work + update[2] * LANES;
+                for (int l = 0; l < LANES; ++l) place[l] -= coefficient[l] * known[l];
+            }
+            solve_block(work, m, k);
+            for (int e = 0; e < order->stores[b]; ++e, store += 2)
+                copy(result + (ptrdiff_t)store[1] * lanes + first, work + store[0] * LANES, LANES);
+            unknowns += m;
+        }
+    }
+}
+
+/* Units in which the rows of each block compare: powers of two that balance |M| over all stages, so that pivots
+ * do not depend on the units of the unknowns. Source: Osborne (1960). */
+RARE static void balance(const rumo_elimination *order, const rumo_pattern *M, const double *terms, int lanes, int unknowns,
+                         int *block_of, double *unit) {
+    const int *member = order->unknowns;
+    for (int b = 0; b < order->blocks; ++b)
+        for (int i = 0; i < order->size[b]; ++i) block_of[*member++] = b;
+    for (int r = 0; r < unknowns; ++r) unit[r] = 1.0;
+    for (int sweep = 0; sweep < 4; ++sweep)
+        for (int r = 0; r < unknowns; ++r) {
+            double in_row = 0.0, in_column = 0.0;
+            for (int e = 0; e < M->count; ++e) {
+                const int i = M->row[e], j = M->column[e];
+                if (i == j || block_of[i] != block_of[j] || (i != r && j != r)) continue;
+                double largest = 0.0;
+                for (int k = 0; k < lanes; ++k) largest = fmax(largest, fabs(terms[(ptrdiff_t)(M->first + e) * lanes + k]));
+                /* M_ij has the unit of row i over that of unknown j. */
+                largest *= unit[i] / unit[j];
+                if (i == r) in_row = fmax(in_row, largest);
+                else in_column = fmax(in_column, largest);
+            }
+            if (in_row > 0.0 && in_column > 0.0 && isfinite(in_row) && isfinite(in_column)) {
+                int exponent;
+                (void)frexp(sqrt(in_column / in_row), &exponent);
+                unit[r] = ldexp(unit[r], exponent);
+            }
+        }
+}
+
+#endif

@@ -1,0 +1,77 @@
+/* From a guess to linear stages. */
+#ifndef RUMO_LINEARISE_C
+#define RUMO_LINEARISE_C
+
+#include "base/blocks.h"
+#include "stages/compose.c"
+#include "stages/eliminate.c"
+#include "stages/inner.c"
+#include "stages/stages.h"
+
+/* Where inputs are held over blocks, hold those of the guess as well. */
+static void hold_guess(stage_maps *m, const double *last) {
+    const dims *s = &m->s;
+    const rumo_blocking *held = &m->problem->blocking;
+    if (unblocked(s)) return;
+    zero(m->guess_values, s->n);
+    for (int k = s->d; k < s->N; ++k)
+        for (int j = 0; j < s->nu; ++j)
+            m->guess_values[block_at(s, held, k) * s->nu + j] += held->part[k] * m->guess_u[k * s->nu + j];
+    for (int k = s->d; k < s->N; ++k)
+        for (int j = 0; j < s->nu; ++j)
+            m->guess_u[k * s->nu + j] = blocked_input(s, held, last, m->guess_values, k, j);
+}
+
+/* The guess, number k in lane k. */
+static void load_guess(stage_maps *m) {
+    const dims s = m->s;
+    const int stride = s.lanes + LANES;
+    for (int k = 0; k < stride; ++k) {
+        const double *x = m->guess_x + (k < s.N ? k : s.N) * s.nx;
+        for (int r = 0; r < s.nx; ++r) m->x_lanes[r * stride + k] = x[r];
+    }
+    to_lanes(m->guess_u, s.nu, s.nu, s.N, s.lanes, m->u_lanes);
+}
+
+/* Linearise all stages at the guess: model, constraints and derivatives, and the unknowns eliminated. `last` is the input
+ * before the first free one. 0 if that gives no numbers. */
+APART static int linearise(stage_maps *m, const double *last) {
+    const rumo_problem *p = m->problem;
+    const dims s = dims_of(&p->sizes);
+    hold_guess(m, last);
+    load_guess(m);
+    for (int j = 0; j < s.m; ++j) {
+        const guess_lanes in = at_substep(m, j);
+        double *result = results_of(m, j);
+        double *inside = m->terms + (ptrdiff_t)p->defect_first * s.lanes;
+        if (j + 1 == s.m) {
+            evaluate(&p->tape, &in, s.lanes, m->registers, m->terms);
+            if (!all_finite(m->terms, p->sizes.slots * s.lanes)) return 0;
+        } else {
+            evaluate_inner(&p->inner_tape, &in, s.lanes, m->registers, m->terms);
+            if (!all_finite(inside, (p->Cx.first - p->defect_first) * s.lanes)) return 0;
+        }
+        if (s.explicit_scheme && j + 1 < s.m) {
+            copy(m->on_the_way, inside, s.nx * s.lanes);
+            zero(inside, s.nx * s.lanes); /* it is where the next substep begins */
+        }
+        if (!m->balanced) {
+            balance(&p->elimination, &p->M, m->terms, s.lanes, s.nw, m->block_of, m->unit);
+            m->balanced = 1;
+        }
+        eliminate(&p->elimination, m->unit, m->terms, s.lanes, m->work, result);
+        if (!all_finite(result, p->elimination.entries * s.lanes)) return 0;
+        if (s.m == 1) break;
+        if (j == 0) {
+            start_composition(&p->composition, result, s.lanes, m->maps);
+            continue;
+        }
+        compose(&p->composition, result, m->maps, s.lanes, m->other_maps);
+        double *const composed = m->other_maps;
+        m->other_maps = m->maps;
+        m->maps = composed;
+    }
+    return s.m == 1 || all_finite(m->maps, p->composition.entries * s.lanes);
+}
+
+#endif

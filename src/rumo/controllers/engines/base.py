@@ -1,0 +1,133 @@
+"""What computes the steps of a controller: the seam between what users call and how it is done."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from rumo.controllers.arguments import ReferenceWindow
+from rumo.controllers.engines.trajectory import Trajectory
+from rumo.plan import DIAGNOSTICS, Plan
+from rumo.signals import Array, Values
+from rumo.status import Status
+from rumo.transcription import Transcription
+
+UNKNOWN: Array = np.full(len(DIAGNOSTICS), np.nan)
+
+
+class Engine(Protocol):
+    """Prepares and computes steps; remembers guess, plan, applied inputs and counts.
+
+    Attributes
+    ----------
+    backend : str
+        What users call it.
+    applied : ndarray, shape (max(delay, 1), nu)
+        Inputs already decided, oldest first.
+    counts : Counter of Status
+        Outcomes of all steps since the last reset.
+    """
+
+    backend: str
+
+    @property
+    def applied(self) -> Array: ...  # noqa: D102
+
+    @applied.setter
+    def applied(self, inputs: Array) -> None: ...
+
+    @property
+    def counts(self) -> Counter[Status]: ...  # noqa: D102
+
+    def configure(self, settings: Any) -> None:
+        """Use other settings from the next call on."""
+        ...
+
+    def update(self, transcription: Transcription) -> None:
+        """Use the numbers of another problem, of the same structure, from the next preparation on."""
+        ...
+
+    def reset(self, applied: Array) -> None:
+        """Forget everything."""
+        ...
+
+    def start(self, guess: Trajectory) -> None:
+        """Linearise about this guess next."""
+        ...
+
+    def prepare(self) -> None:
+        """Do all that needs no measurement."""
+        ...
+
+    def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
+        """The plan for a measurement."""
+        ...
+
+    def step(self, x: Values, reference: ReferenceWindow) -> Plan:
+        """Both."""
+        ...
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """What a method proposes: a trajectory, path constraints (N, nc), how far the solver got, and its `DIAGNOSTICS`.
+
+    The trajectory is NaN where the method has nothing to propose.
+    """
+
+    trajectory: Trajectory
+    constraints: Array
+    status: Status
+    diagnostics: Array = field(default_factory=UNKNOWN.copy)
+
+
+class Method(ABC):
+    """How a step is solved, by Python: all that a guarded engine asks for. Only `solve` has no default.
+
+    A method may raise nothing for a numerical reason: what it returns says how far it came.
+    """
+
+    transcription: Transcription
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Signals whose reference it looks at: the tracked outputs."""
+        return self.transcription.problem.outputs.names
+
+    def configure(self, settings: Any) -> None:
+        """Use other settings."""
+
+    def update(self, transcription: Transcription) -> None:
+        """Use the numbers of another problem of the same structure."""
+        self.transcription = transcription
+
+    def reset(self) -> None:
+        """Forget everything."""
+
+    def missed(self) -> None:
+        """Be told that a step had no solution."""
+
+    def prepare(self, guess: Trajectory, applied: Array) -> bool:
+        """Prepare at a guess; False if the model gives no usable numbers there.
+
+        Parameters
+        ----------
+        guess : Trajectory
+            The last plan, one sample later, or a state at rest.
+        applied : ndarray, shape (max(delay, 1), nu)
+            Inputs already decided.
+        """
+        return True
+
+    @abstractmethod
+    def solve(self, x: Array, window: Mapping[str, Array], guess: Trajectory, applied: Array) -> Candidate | None:
+        """Solve for a finite measurement x (nx,) and reference, by signal (N + 1,); None if nothing came of it."""
+
+    def reach(self) -> Array | None:
+        """How far all inputs together can move each state over the gate's stages (nx,); None where not known."""
+        return None

@@ -1,0 +1,103 @@
+"""What the C core is told about a problem, its scheme and a controller's settings."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rumo.controllers.settings import ControllerSettings, Settings
+from rumo.kernel import Description, Guard, describe
+from rumo.kernel import Settings as CoreSettings
+from rumo.problem import Problem
+from rumo.recording import stage_program
+from rumo.shift import Shift
+from rumo.signals import Array
+from rumo.transcription import Transcription
+
+LIMITS = ("input_lower", "input_upper", "move_lower", "move_upper", "safe_input")
+
+
+def core_settings(settings: ControllerSettings) -> CoreSettings:
+    """Settings as the core has them; those of a method in Python have only a gate."""
+    gate = settings.gate
+    width, patience = (np.inf, 0) if gate is None else (gate.width, gate.patience)
+    if not isinstance(settings, Settings):
+        return CoreSettings(gate_width=width, gate_patience=patience)
+    return CoreSettings(
+        sqp_iterations=settings.sqp_iterations,
+        preparation_iterations=settings.preparation_iterations,
+        sqp_tolerance=settings.tolerance,
+        qp_iterations=settings.qp.max_iterations,
+        qp_tolerance=settings.qp.tolerance,
+        qp_seconds=settings.qp.time_limit,
+        gate_width=width,
+        gate_patience=patience,
+    )
+
+
+def core_problem(transcription: Transcription) -> Description:
+    """A problem and its scheme."""
+    problem, scheme = transcription.problem, transcription.discretization
+    model, blocks = problem.model, problem.blocks
+    sizes = _sizes(problem) | {
+        "outputs": len(problem.outputs),
+        "constraints": len(problem.constraints),
+        "parameters": transcription.interval.size1_in(3),
+        "inner": len(scheme.inner(len(model.states), len(model.algebraic))),
+        "substeps": scheme.substeps,
+        "explicit_scheme": scheme.explicit,
+        "blocks": len(blocks.lengths),
+        "shift_same_rows": int(problem.uniform),
+    }
+    values = numbers_of(transcription) | _placed(transcription)
+    blocking = {"block": blocks.block_of, "share": blocks.shares(), "part": blocks.parts()}
+    for name, array in blocking.items():  # of all intervals; those before the first free one have none
+        values[f"blocking_{name}"] = np.concatenate([np.zeros(problem.delay, array.dtype), array])
+    values |= {"imposed": transcription.imposed, "algebraic_guess": model.algebraic_guess}
+    return describe(stage_program(transcription), sizes, values)
+
+
+def numbers_of(transcription: Transcription) -> dict[str, Array]:
+    """All that may change between two samples."""
+    problem, numbers = transcription.problem, transcription.problem.numbers
+    lower, upper = problem.block_move_bounds
+    return limits_of(problem) | {
+        "output_weights": numbers.output_weights,
+        "move_weights": problem.block_move_weights,
+        "input_scales": numbers.input_scales,
+        "block_lower": lower,
+        "block_upper": upper,
+        "constraint_limits": numbers.limits,
+        "constraint_scales": numbers.constraint_scales,
+        "l1": numbers.l1,
+        "l2": numbers.l2,
+        "parameter_values": transcription.given(numbers.parameters),
+    }
+
+
+def limits_of(problem: Problem) -> dict[str, Array]:
+    """What holds for the inputs whatever happens."""
+    return {name: getattr(problem.numbers, name) for name in LIMITS}
+
+
+def guard_of(transcription: Transcription, settings: ControllerSettings) -> Guard:
+    """The failure policy of a problem, for a method in Python."""
+    values = limits_of(transcription.problem) | _placed(transcription)
+    return Guard(_sizes(transcription.problem), values, core_settings(settings))
+
+
+def _sizes(problem: Problem) -> dict[str, int]:
+    model = problem.model
+    return {
+        "horizon": problem.horizon,
+        "states": len(model.states),
+        "algebraic": len(model.algebraic),
+        "inputs": len(model.inputs),
+        "delay": problem.delay,
+    }
+
+
+def _placed(transcription: Transcription) -> dict[str, Array]:
+    """Where intervals are after a sample, and unknowns within them."""
+    shift = Shift(transcription)
+    values = {f"shift_{name}": getattr(shift, name) for name in ("stages", "shares", "intervals")}
+    return values | {"inner_signals": transcription.inner_signals, "inner_nodes": transcription.inner_nodes}

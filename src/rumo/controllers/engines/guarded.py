@@ -1,0 +1,181 @@
+"""The phases of a step around a method in Python, inside the guard: what is applied, whatever happened."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from threading import RLock
+from time import perf_counter
+
+import numpy as np
+
+from rumo.controllers.arguments import ReferenceWindow, reference_window
+from rumo.controllers.engines.base import UNKNOWN, Candidate, Method
+from rumo.controllers.engines.described import core_settings, guard_of, limits_of
+from rumo.controllers.engines.trajectory import Trajectory
+from rumo.controllers.settings import ControllerSettings
+from rumo.errors import CallOrderError
+from rumo.interrupts import interruptible
+from rumo.kernel import SLACK_TOLERANCE
+from rumo.plan import INTEGRATOR_TOLERANCE, Plan, PlanLayout
+from rumo.signals import Array, Values
+from rumo.status import Status
+from rumo.transcription import Transcription
+
+
+class Guarded:
+    """An engine around a method that proposes a trajectory. Threads that share it wait for each other.
+
+    Parameters
+    ----------
+    method : Method
+        How a step is solved.
+    settings : ControllerSettings
+        The gate among them.
+    backend : str
+        What users call it.
+    """
+
+    def __init__(self, method: Method, settings: ControllerSettings, backend: str = "numpy") -> None:
+        self.backend = backend
+        self.method = method
+        self._lock = RLock()
+        self._guard = guard_of(method.transcription, settings)
+        self._guess: Trajectory | None = None  # where the next step linearises or starts from
+        self._prepared, self._prepare_time = False, 0.0
+        self._take(method.transcription)
+        self.configure(settings)
+
+    def configure(self, settings: ControllerSettings) -> None:
+        """See `Engine.configure`."""
+        with self._lock:
+            self._guard.configure(core_settings(settings))
+            self._integrator_tolerance = getattr(settings, "integrator_tolerance", INTEGRATOR_TOLERANCE)
+            self._layout = PlanLayout(self._problem, self._integrator_tolerance)
+            self.method.configure(settings)
+
+    def update(self, transcription: Transcription) -> None:
+        """See `Engine.update`."""
+        with self._lock:
+            self._guard.update(limits_of(transcription.problem))
+            prepared = self._prepared
+            self._take(transcription)
+            self._layout = PlanLayout(self._problem, self._integrator_tolerance)
+            self.method.update(transcription)
+            if prepared:
+                self.prepare()
+
+    def _take(self, transcription: Transcription) -> None:
+        self._problem = transcription.problem
+        self._prepared = False
+
+    def reset(self, applied: Array) -> None:
+        """See `Engine.reset`."""
+        with self._lock:
+            self._guard.reset()
+            self._guard.applied = applied
+            self._guess = None
+            self._prepared, self._prepare_time = False, 0.0
+            self.method.reset()
+
+    def start(self, guess: Trajectory) -> None:
+        """See `Engine.start`."""
+        with self._lock:
+            self._guard.rest()
+            self._guess = guess
+            self._prepared = False
+
+    @property
+    def applied(self) -> Array:
+        """See `Engine.applied`."""
+        return self._guard.applied
+
+    @applied.setter
+    def applied(self, inputs: Array) -> None:
+        self._guard.applied = inputs
+
+    @property
+    def counts(self) -> Counter[Status]:
+        """See `Engine.counts`."""
+        return self._guard.counts
+
+    def step(self, x: Values, reference: ReferenceWindow) -> Plan:
+        """See `Engine.step`."""
+        with self._lock:
+            measurement = self._problem.model.states.vector(x, "x")
+            if not self._guard.has_guess and np.isfinite(measurement).all():
+                self._rest(measurement)
+                self._prepared = False
+            if not self._prepared:
+                self.prepare()
+            return self.feedback(measurement, reference)
+
+    def prepare(self) -> None:
+        """See `Engine.prepare`."""
+        with self._lock, interruptible():
+            start = perf_counter()
+            if self._guess is not None:
+                with np.errstate(all="ignore"):
+                    if not self.method.prepare(self._guess, self._guard.applied):
+                        self._guard.drop()
+                        self._guess = None
+            self._prepared = True
+            self._prepare_time = perf_counter() - start
+
+    def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
+        """See `Engine.feedback`."""
+        with self._lock, interruptible():
+            if not self._prepared:
+                raise CallOrderError("feedback() needs a preparation: call prepare() first, or step() for both.")
+            start = perf_counter()
+            measurement = self._problem.model.states.vector(x, "x")
+            window = reference_window(self._problem, reference)
+            with np.errstate(all="ignore"):
+                candidate, cause = self._attempt(measurement, window)
+            if candidate is None:
+                self.method.missed()
+            status, cause = self._guard.follow(None if candidate is None else candidate.trajectory.parts, cause)
+            self._guess = Trajectory(*self._guard.next) if self._guard.has_guess and self._guard.next else None
+            self._prepared = False
+            return self._plan(candidate, status, cause, start)
+
+    def _attempt(self, x: Array, window: Mapping[str, Array]) -> tuple[Candidate | None, Status]:
+        """What the method comes to, if the measurement can be used, and how far it got."""
+        wanted = np.concatenate([window[name] for name in self.method.signals if name in window])
+        admitted = self._guard.admit(x, wanted, self.method.reach())
+        if admitted is not Status.OPTIMAL:
+            return None, admitted
+        guess = self._guess
+        if guess is None or not self._guard.has_guess:  # what was predicted is wrong
+            guess = self._rest(x)
+            if not self.method.prepare(guess, self._guard.applied):
+                return None, Status.SOLVER_FAILED
+        candidate = self.method.solve(x, window, guess, self._guard.applied)
+        if candidate is None:
+            return None, Status.SOLVER_FAILED
+        finite = candidate.trajectory.finite and bool(np.isfinite(candidate.constraints).all())
+        if finite and candidate.status is not Status.SOLVER_FAILED:
+            return candidate, self._assessed(candidate)
+        return None, Status.SOLVER_FAILED if candidate.status.solved else candidate.status
+
+    def _assessed(self, candidate: Candidate) -> Status:
+        """A candidate's status, lowered to SOFT_VIOLATED where imposed constraints (N, nc) exceed 0."""
+        violated = candidate.constraints > SLACK_TOLERANCE * self._problem.constraint_scales
+        soft = candidate.status is Status.OPTIMAL and violated[self.method.transcription.imposed].any()
+        return Status.SOFT_VIOLATED if soft else candidate.status
+
+    def _plan(self, candidate: Candidate | None, status: Status, cause: Status, start: float) -> Plan:
+        problem, applied = self._problem, self._guard.plan
+        nothing = np.full((problem.horizon, len(problem.constraints)), np.nan)
+        constraints, diagnostics = (
+            (nothing, UNKNOWN) if candidate is None else (candidate.constraints, candidate.diagnostics)
+        )
+        parts = applied.u, applied.x, constraints, applied.inner[:, : len(problem.model.algebraic)], diagnostics
+        numbers = np.concatenate([part.ravel() for part in parts])
+        return Plan(self._layout, numbers, status, cause, self._prepare_time, perf_counter() - start)
+
+    def _rest(self, x: Array) -> Trajectory:
+        """Guess that the state stays where it is."""
+        inner = np.tile(self.method.transcription.inner_between(x, x), (self._problem.horizon, 1))
+        self._guess = Trajectory(self._guard.rest(), np.tile(x, (self._problem.horizon + 1, 1)), inner, resting=True)
+        return self._guess

@@ -1,0 +1,181 @@
+"""Settings of controllers: frozen, checked, and changed as a whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rumo.checks import checked, non_negative_number, positive_number, whole_number
+from rumo.errors import ArgumentError, UnknownNameError
+from rumo.plan import INTEGRATOR_TOLERANCE
+
+
+@dataclass(frozen=True)
+class InnovationGate:
+    """Holds back measurements that cannot be: far from the prediction, or frozen.
+
+    A state's gate is `width` times what all inputs together can move it over the next 15 stages, plus what the plan
+    does. A sample is frozen if it repeats the one before in every state, although the plan moves on, after at least
+    five that did not. Both count as `Status.BAD_MEASUREMENT`. The gate cannot lock itself out: more than `patience`
+    samples in a row that agree with each other are believed, and without a plan there is no gate.
+
+    Parameters
+    ----------
+    width : float
+        Half-width of the gate.
+    patience : int
+        Number of consecutive implausible samples that are held back.
+    """
+
+    width: float = 5.0
+    patience: int = 8
+
+    def __post_init__(self) -> None:
+        positive_number(self.width, "InnovationGate.width")
+        whole_number(self.patience, "InnovationGate.patience", 0)
+
+
+WIDE_GATE = InnovationGate()
+
+
+@dataclass(frozen=True)
+class QpOptions:
+    """Limits and accuracy of the QP solver.
+
+    Parameters
+    ----------
+    max_iterations : int
+        Changes of the working set in the C core, interior-point iterations of the reference; needing more is
+        `Status.BUDGET_EXCEEDED`.
+    tolerance : float
+        Accuracy of constraints (C core) or of all optimality conditions (reference), in units of the ranges.
+    time_limit : float
+        For a QP [s], in the C core only; reaching it is `Status.BUDGET_EXCEEDED`. A finite limit makes results depend
+        on the machine.
+    """
+
+    max_iterations: int = 1000
+    tolerance: float = 1e-10
+    time_limit: float = np.inf
+
+    def __post_init__(self) -> None:
+        whole_number(self.max_iterations, "QpOptions.max_iterations", 0)
+        positive_number(self.tolerance, "QpOptions.tolerance")
+        if self.time_limit != np.inf:
+            positive_number(self.time_limit, "QpOptions.time_limit")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerSettings:
+    """What every controller has.
+
+    Parameters
+    ----------
+    gate : InnovationGate, optional
+        Holds back implausible measurements; None lets all finite ones pass.
+    """
+
+    gate: InnovationGate | None = WIDE_GATE
+
+    def __post_init__(self) -> None:
+        if self.gate is not None:
+            checked(self.gate, "gate", InnovationGate, "Write InnovationGate(width=...).")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LtvSettings(ControllerSettings):
+    """Settings of `LinearTimeVarying`.
+
+    Parameters
+    ----------
+    qp : QpOptions
+        Limits and accuracy of the QP solver.
+    """
+
+    qp: QpOptions = QpOptions()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checked(self.qp, "qp", QpOptions, "Write QpOptions(max_iterations=...).")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings(LtvSettings):
+    """Settings of `RealTimeIteration`.
+
+    Parameters
+    ----------
+    sqp_iterations : int
+        Linearisations and QPs per step; 1 is the real-time iteration, more is sequential quadratic
+        programming with full steps.
+    preparation_iterations : int
+        Iterations in each preparation, on the state predicted for the next sample and with the reference of the last:
+        the advanced-step real-time iteration (Nurkanovic et al., 2019). Feedback takes no longer for them.
+    tolerance : float
+        With more than one iteration, stop when no input changes by more than this share of its range, and no state by
+        more than this share of how far the inputs can move it.
+    integrator_tolerance : float
+        Up to which integrator residual `plan.diagnostics` says that the dynamics are integrated.
+    """
+
+    sqp_iterations: int = 1
+    preparation_iterations: int = 0
+    tolerance: float = 1e-9
+    integrator_tolerance: float = INTEGRATOR_TOLERANCE
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        whole_number(self.sqp_iterations, "sqp_iterations", 1)
+        whole_number(self.preparation_iterations, "preparation_iterations", 0)
+        non_negative_number(self.tolerance, "tolerance")
+        non_negative_number(self.integrator_tolerance, "integrator_tolerance")
+
+
+@dataclass(frozen=True, kw_only=True)
+class NlpSettings(ControllerSettings):
+    """Settings of `DirectNlp`: limits and accuracy of IPOPT.
+
+    Parameters
+    ----------
+    tolerance : float
+        IPOPT's `tol`.
+    max_iterations : int
+        Reaching them is `Status.BUDGET_EXCEEDED`.
+    max_wall_time : float
+        Time limit per step [s]; reaching it is `Status.BUDGET_EXCEEDED`. A finite limit makes results
+        depend on the machine.
+    """
+
+    tolerance: float = 1e-8
+    max_iterations: int = 200
+    max_wall_time: float = np.inf
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        positive_number(self.tolerance, "NlpSettings.tolerance")
+        whole_number(self.max_iterations, "NlpSettings.max_iterations", 0)
+        if self.max_wall_time != np.inf:
+            positive_number(self.max_wall_time, "NlpSettings.max_wall_time")
+
+
+if TYPE_CHECKING:  # `class Mine(rumo.Controller)` needs no argument; Python itself knows defaults from 3.13 on
+    from typing_extensions import TypeVar
+
+    S = TypeVar("S", bound=ControllerSettings, default=Any)
+else:
+    from typing import TypeVar
+
+    S = TypeVar("S", bound=ControllerSettings)
+
+
+def changed(settings: S, changes: dict[str, Any], kind: type[S]) -> S:
+    """Settings of a kind, with other values of those named; another kind or an unknown name raises."""
+    if type(settings) is not kind:
+        raise ArgumentError("settings", repr(settings), f"rumo.{kind.__name__}(...)")
+    names = [field.name for field in fields(settings)]
+    for name in changes:
+        if name not in names:
+            raise UnknownNameError("settings", name, names)
+    return replace(settings, **changes)

@@ -1,0 +1,30 @@
+"""Files that are whole or not there."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from secrets import token_hex
+
+
+def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
+    """Write a file beside its place and move it there in one go: what is at `path` is the old file or the new one.
+
+    Parameters
+    ----------
+    path : str or Path
+        Where the file shall be; the folder must exist.
+    write : callable
+        Writes a file to the path that it is given, with the same suffix.
+    """
+    path = Path(path)
+    # A name by chance, of a file that is not there until it is written: nothing is left if Ctrl-C comes before.
+    temporary = path.with_name(f".{path.stem}-{token_hex(8)}{path.suffix}")
+    try:
+        write(temporary)
+        os.replace(temporary, path)
+    except BaseException:  # Ctrl-C too
+        temporary.unlink(missing_ok=True)
+        raise
+    return path

@@ -1,0 +1,114 @@
+"""What a controller is asked to follow: signals and parameters along the horizon."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rumo.checks import as_mapping, as_numbers
+from rumo.errors import ArgumentError, ShapeError
+from rumo.signals import Array, NamedArray
+
+
+@dataclass(frozen=True)
+class Preview:
+    """What lies ahead.
+
+    Attributes
+    ----------
+    signals : mapping of str to float or array_like (N + 1,)
+        Wanted outputs, from now to the end of the horizon; a number is held.
+    parameters : mapping of str to float or array_like (N,)
+        Parameters of the controller's model on each interval: curvature, friction or wind ahead. Empty where the
+        reference knows of none; the controller's are left as they are then.
+    """
+
+    signals: Mapping[str, ArrayLike]
+    parameters: Mapping[str, ArrayLike] = field(default_factory=dict[str, ArrayLike])
+
+
+@runtime_checkable
+class Reference(Protocol):
+    """Anything that can say what lies ahead."""
+
+    def preview(self, times: Array, x: NamedArray[float]) -> Preview:
+        """What lies ahead of a state.
+
+        Parameters
+        ----------
+        times : ndarray, shape (N + 1,)
+            Of the stages of the horizon [s]; the first is now.
+        x : NamedArray, shape (nx,)
+            Estimated state of the controller's model, now, or when it was last finite.
+        """
+        ...
+
+
+ReferenceLike = Reference | Callable[[Array], Mapping[str, Any]] | Mapping[str, float]
+"""A reference, a function from times (n,) [s] to values (n,) of each signal, or numbers to be held."""
+
+
+class OfTime(ABC):
+    """A reference that follows the clock, wherever the system is: a function of times (n,) [s]."""
+
+    @abstractmethod
+    def __call__(self, t: Array) -> dict[str, Array]:
+        """Values (n,) of each signal at times t (n,) [s]."""
+
+    def preview(self, times: Array, x: NamedArray[float]) -> Preview:
+        """Signals at these times, see `Reference`."""
+        return Preview(self(times))
+
+
+@dataclass(frozen=True)
+class Held(OfTime):
+    """Each signal at a value, always.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        In the signals' units.
+    """
+
+    values: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        for name, value in as_mapping(self.values, "reference").items():
+            level = as_numbers(value, f"reference[{name!r}]")
+            if level.ndim:
+                raise ShapeError(
+                    f"reference[{name!r}]", f"shape {level.shape}", "a number", "Give a function of times."
+                )
+
+    def __call__(self, t: Array) -> dict[str, Array]:
+        """Values at times t, see `OfTime`."""
+        return {name: np.full(np.shape(t), float(value)) for name, value in self.values.items()}
+
+
+@dataclass(frozen=True)
+class _Function(OfTime):
+    """A user's function of times."""
+
+    function: Callable[[Array], Mapping[str, Any]]
+
+    def __call__(self, t: Array) -> dict[str, Array]:
+        return as_mapping(self.function(t), "reference(t)")
+
+
+def as_reference(reference: object) -> Reference:
+    """`reference` as something to preview."""
+    if isinstance(reference, Reference) and not isinstance(reference, type):
+        return reference
+    if isinstance(reference, Mapping):
+        return Held(reference)
+    if not callable(reference) or isinstance(reference, type):
+        raise ArgumentError(
+            "reference", repr(reference), "a function of times, or a mapping from names to numbers, or a Reference"
+        )
+    function: Any = reference
+    return _Function(function)

@@ -1,0 +1,62 @@
+"""A path followed from where the vehicle is on it, not from where the clock says it should be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from rumo.checks import positive_number
+from rumo.errors import UnknownNameError
+from rumo.references.base import Preview
+from rumo.signals import Array, NamedArray
+
+POINTS = 101
+
+
+@dataclass(frozen=True)
+class Following:
+    """The part of a path that lies ahead of its point nearest to the vehicle, at the path's own speed.
+
+    Parameters
+    ----------
+    path : callable
+        Times (n,) [s] -> values (n,) of each signal: a `SinePath`, or any function of times.
+    position : tuple of str
+        States of the controller's model that say where the vehicle is, signals of the path too.
+    window : float
+        How far the vehicle may be ahead of the clock or behind it [s]; where the path crosses itself, less than the
+        time from one crossing to the next.
+    """
+
+    path: Callable[[Array], Mapping[str, Array]]
+    position: tuple[str, ...] = ("p_x", "p_y")
+    window: float = 5.0
+
+    def __post_init__(self) -> None:
+        positive_number(self.window, "window")
+
+    def preview(self, times: Array, x: NamedArray[float]) -> Preview:
+        """Signals ahead, see `Reference`."""
+        place = np.array([x[name] for name in self.position])
+        now = times[0]
+        if np.isfinite(place).all():
+            now = self._nearest(times[0], place)
+        return Preview(self.path(now + (times - times[0])))
+
+    def _nearest(self, clock: float, place: Array) -> float:
+        """Time of the path's nearest point, to a microsecond or so: the best of a few points, again and again."""
+        middle, reach = clock, self.window
+        while reach > 1e-6:
+            times = np.linspace(middle - reach, middle + reach, POINTS)
+            middle = float(times[np.argmin(self._distances(times, place))])
+            reach *= 4.0 / POINTS
+        return middle
+
+    def _distances(self, times: Array, place: Array) -> Array:
+        path = self.path(times)
+        for name in self.position:
+            if name not in path:
+                raise UnknownNameError("position", name, path)
+        return np.linalg.norm(np.column_stack([path[name] for name in self.position]) - place, axis=1)

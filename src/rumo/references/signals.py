@@ -1,0 +1,77 @@
+"""References of single signals, as data: they can be sent to another process, which a lambda cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rumo.checks import as_mapping, as_numbers, positive_number
+from rumo.errors import ArgumentError, ShapeError
+from rumo.references.base import OfTime
+from rumo.signals import Array
+
+
+@dataclass(frozen=True)
+class Sine(OfTime):
+    """One signal that swings about a value.
+
+    Parameters
+    ----------
+    signal : str
+        Its name.
+    middle, amplitude : float
+        In its unit.
+    period : float
+        [s].
+    """
+
+    signal: str
+    middle: float
+    amplitude: float
+    period: float
+
+    def __post_init__(self) -> None:
+        positive_number(self.period, "period")
+
+    def __call__(self, t: Array) -> dict[str, Array]:
+        """Values at times t (n,) [s]."""
+        phase = 2.0 * np.pi * np.asarray(t) / self.period
+        return {self.signal: self.middle + self.amplitude * np.sin(phase)}
+
+
+@dataclass(frozen=True)
+class Sampled(OfTime):
+    """Signals given at some times, with straight lines between; the first and the last values are held outside.
+
+    Parameters
+    ----------
+    times : sequence of float
+        Ascending [s].
+    values : mapping of str to sequence of float
+        One for each time.
+    steps : bool
+        Each value is held until the next, without lines.
+    """
+
+    times: Sequence[float]
+    values: Mapping[str, Sequence[float]]
+    steps: bool = False
+
+    def __post_init__(self) -> None:
+        times = as_numbers(self.times, "times")
+        if times.ndim != 1 or not len(times) or not (np.diff(times) > 0.0).all():
+            raise ArgumentError("times", f"{times.tolist()}", "at least one time, ascending")
+        for name, values in as_mapping(self.values, "values").items():
+            shape = as_numbers(values, f"values[{name!r}]").shape
+            if shape != times.shape:
+                raise ShapeError(f"values[{name!r}]", f"shape {shape}", f"shape {times.shape}: one value for each time")
+
+    def __call__(self, t: Array) -> dict[str, Array]:
+        """Values at times t (n,) [s]."""
+        times = np.asarray(self.times, dtype=float)
+        if self.steps:
+            latest = np.clip(np.searchsorted(times, t, side="right") - 1, 0, None)
+            return {name: np.asarray(values, dtype=float)[latest] for name, values in self.values.items()}
+        return {name: np.interp(t, times, np.asarray(values, dtype=float)) for name, values in self.values.items()}

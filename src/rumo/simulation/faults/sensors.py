@@ -1,0 +1,135 @@
+"""Sensors that tell something else than what is, or nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rumo.signals import Array, Signals
+from rumo.simulation.faults.base import Fault
+
+
+@dataclass(frozen=True)
+class Reading(Fault):
+    """A sensor says the same value, whatever is: NaN, infinity, or one that cannot be.
+
+    Parameters
+    ----------
+    signal : str
+        What it measures.
+    value : float
+        In the signal's unit.
+    """
+
+    signal: str
+    value: float
+
+    def check(self, measured: Signals, inputs: Signals) -> None:
+        """Raise for an unknown signal."""
+        measured.index(self.signal, "signal")
+
+    def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
+        """The value in place of the measurement."""
+        received = received.copy()
+        received[signals.index(self.signal)] = self.value
+        return received
+
+
+@dataclass(frozen=True)
+class Offset(Fault):
+    """A sensor is off by a constant.
+
+    Parameters
+    ----------
+    signal : str
+        What it measures.
+    by : float
+        What is added, in the signal's unit.
+    """
+
+    signal: str
+    by: float
+
+    def check(self, measured: Signals, inputs: Signals) -> None:
+        """Raise for an unknown signal."""
+        measured.index(self.signal, "signal")
+
+    def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
+        """The measurement and the offset."""
+        received = received.copy()
+        received[signals.index(self.signal)] += self.by
+        return received
+
+
+@dataclass(frozen=True)
+class _Some(Fault):
+    """A fault of some sensors.
+
+    Parameters
+    ----------
+    signals : tuple of str
+        What they measure; everything if not given.
+    """
+
+    signals: tuple[str, ...] = ()
+
+    def check(self, measured: Signals, inputs: Signals) -> None:
+        """Raise for an unknown signal."""
+        for name in self.signals:
+            measured.index(name, "signals")
+
+    def _replaced(self, received: Array, by: Array, signals: Signals) -> Array:
+        return np.where([not self.signals or name in self.signals for name in signals], by, received)
+
+
+@dataclass(frozen=True)
+class Missing(_Some):
+    """Measurements do not arrive: NaN.
+
+    Parameters
+    ----------
+    signals : tuple of str
+        Those that don't; all if not given.
+    """
+
+    def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
+        """NaN."""
+        return self._replaced(received, np.full(len(received), np.nan), signals)
+
+
+@dataclass(frozen=True)
+class Frozen(_Some):
+    """Sensors say what they said at the last good sample.
+
+    Parameters
+    ----------
+    signals : tuple of str
+        What they measure; everything if not given.
+    """
+
+    def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
+        """The last good measurement; NaN without one."""
+        good = len(past) - 2 - bad
+        return self._replaced(received, past[good] if good >= 0 else np.full(len(received), np.nan), signals)
+
+
+@dataclass(frozen=True)
+class LateMeasurement(_Some):
+    """Measurements arrive late: each bad sample gets that of some samples ago.
+
+    Parameters
+    ----------
+    signals : tuple of str
+        Those that do; all if not given.
+    by : int
+        Number of samples.
+    """
+
+    by: int = 1
+
+    def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
+        """An old measurement; NaN before the first has arrived."""
+        old = len(past) - 1 - self.by
+        return self._replaced(received, past[old] if old >= 0 else np.full(len(received), np.nan), signals)

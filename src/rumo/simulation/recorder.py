@@ -1,0 +1,274 @@
+"""From samples to a log: an xarray.Dataset with names and units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rumo.checks import checked
+from rumo.controllers import Controller
+from rumo.errors import ShapeError, UnknownNameError
+from rumo.interrupts import interruptible
+from rumo.plan import Plan
+from rumo.problem import Problem
+from rumo.signals import Array, NamedArray, Signals, Values
+from rumo.simulation.foreign import ForeignPlant
+from rumo.simulation.plant import Plant
+from rumo.simulation.sample import Sample
+from rumo.simulation.variables import OTHERS, SKIPPED, TIMES, VARIABLES
+from rumo.version import __version__
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class Recorder:
+    """Collects the samples of a run, a `ClosedLoop`'s or your own, and turns them into a log.
+
+    Parameters
+    ----------
+    controller : Controller
+        Names the states, inputs, outputs and constraints.
+    plant : Plant or ForeignPlant, optional
+        Names the plant's states and parameters; there are none without one.
+    measured : Signals, optional
+        What is measured; the states of the controller's model if not given.
+    seed : int
+        Of the run.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        plant: Plant | ForeignPlant | None = None,
+        *,
+        measured: Signals | None = None,
+        seed: int = 0,
+    ) -> None:
+        self._controller = checked(controller, "controller", Controller)
+        problem = controller.problem
+        model, nothing = problem.model, Signals({}, "nothing")
+        measured = model.states if measured is None else measured
+        further = {name: measured.unit(name) for name in measured if name not in model.states}
+        self._plant, self._seed = plant, seed
+        self._measured = measured
+        self._signals = {
+            "state": model.states,
+            "input": model.inputs,
+            "output": problem.outputs,
+            "constraint": problem.constraint_names,
+            "plant_state": plant.states if plant else nothing,
+            "parameter": plant.parameters if plant else nothing,
+            "measured_output": Signals(further, "measured outputs"),
+            "model_parameter": model.parameters,
+        }
+        self._rows: list[dict[str, Any]] = []
+
+    def add(
+        self,
+        plan: Plan | None,
+        *,
+        time: float,
+        measured: Values | NamedArray | None = None,
+        estimated: Values | NamedArray | None = None,
+        applied: Values | NamedArray | None = None,
+        reference: Mapping[str, ArrayLike] | NamedArray | None = None,
+        **others: Any,
+    ) -> None:
+        """Record a sample. Mappings may leave signals out; NaN is what the log says of them.
+
+        Parameters
+        ----------
+        plan : Plan or None
+            What the controller answered; None where it did not run.
+        time : float
+            Of the sample [s].
+        measured : mapping or array_like (m,), optional
+            What was measured.
+        estimated : mapping or array_like (nx,), optional
+            What the controller was told; what was measured if not given.
+        applied : mapping or array_like (nu,), optional
+            What is applied from now to the next sample.
+        reference : mapping of str to float or array_like (N + 1,), optional
+            Wanted outputs, as the controller was told.
+        others : mapping or array_like
+            Other variables of a log, by their names: `plant`, `disturbance`, `received`, `parameters`,
+            `estimated_deviation`, `true_states`, `true_outputs`.
+        """
+        signals = self._signals
+        for name in others:
+            if name not in OTHERS:
+                known = ("measured", "estimated", "applied", "reference", *OTHERS)
+                raise UnknownNameError("Recorder.add", name, known)
+        now = {} if reference is None else {name: np.ravel(reference[name])[0] for name in self._named(reference)}
+        said = self._vector(self._measured, measured, "measured")
+        got = self._vector(self._measured, others.pop("received", measured), "received")
+        row: dict[str, Any] = {
+            "time": float(time),
+            "applied": self._vector(signals["input"], applied, "applied"),
+            "reference": self._vector(signals["output"], now, "reference"),
+        }
+        for name, values in (("measured", said), ("received", got)):
+            known = dict(zip(self._measured, values.tolist(), strict=True))
+            row[name] = np.array([known.get(key, np.nan) for key in signals["state"]])
+            row[f"{name}_outputs"] = np.array([known[key] for key in signals["measured_output"]])
+        told = row["received"] if estimated is None else estimated
+        row["estimated"] = self._vector(signals["state"], told, "estimated")
+        row["parameters"] = others.pop("parameters", self._controller.parameters)
+        for name, values in others.items():
+            row[name] = self._vector(signals[VARIABLES[name][0][-1]], values, name)
+        self._rows.append(row | _of_plan(plan))
+
+    def record(self, sample: Sample) -> None:
+        """Record a sample of a `ClosedLoop`."""
+        covariance = sample.covariance
+        self.add(
+            sample.plan,
+            time=sample.time,
+            measured=sample.measured,
+            received=sample.received,
+            estimated=sample.estimated,
+            applied=sample.applied,
+            reference=sample.reference,
+            plant=sample.plant,
+            disturbance=sample.disturbance,
+            parameters=sample.parameters,
+            estimated_deviation=None if covariance is None else np.sqrt(np.diag(covariance)),
+            true_states=sample.states,
+            true_outputs=sample.outputs,
+        )
+
+    def log(self) -> xr.Dataset:
+        """Everything recorded, dimensions named, units in attributes and in a `..._unit` coordinate."""
+        import xarray as xr  # heavy; a controller alone does without it
+
+        problem = self._controller.problem
+        model = problem.model
+        columns = {name: self._stacked(name, dims) for name, (dims, _) in VARIABLES.items()}
+        with interruptible():
+            self._complete(columns)
+            lower, upper = state_limits(problem)
+        data: dict[str, Any] = {}
+        for name, (dims, meaning) in VARIABLES.items():
+            attributes = {"long_name": meaning}
+            if dims:
+                attributes["units"] = _unit_list(self._signals[dims[-1]])
+            data[name] = (("time", *dims), columns[name], attributes)
+        for name in TIMES:
+            data[name] = (("time",), self._column(name), {"units": "s", "long_name": name})
+        coordinates: dict[str, Any] = {
+            "time": ("time", self._column("time"), {"units": "s", "long_name": "time"}),
+            "stage": np.arange(problem.horizon + 1),
+            "interval": np.arange(problem.horizon),
+        }
+        for dim, names in self._signals.items():
+            coordinates[dim] = (dim, np.array(names.names, dtype=str))
+            coordinates[f"{dim}_unit"] = (dim, np.array(names.units, dtype=str))
+        limits = {"input": (problem.input_lower, problem.input_upper), "state": (lower, upper)}
+        for dim, values in limits.items():
+            for side, numbers in zip(("lower", "upper"), values, strict=True):
+                coordinates[f"{dim}_{side}"] = (dim, numbers, {"units": _unit_list(self._signals[dim])})
+        plant_name = self._plant.name if self._plant else "a plant"
+        attributes = {
+            "title": f"{plant_name} under {self._controller.name}",
+            "controller": self._controller.name,
+            "model": model.name,
+            "plant_model": plant_name,
+            "seed": self._seed,
+            "sampling_time_s": problem.sampling_time,
+            "horizon": problem.horizon,
+            "delay": problem.delay,
+            "rumo_version": __version__,
+        }
+        return xr.Dataset(data, coordinates, attributes)
+
+    def _complete(self, columns: dict[str, Array]) -> None:
+        """Outputs and constraints along the run, from states and the inputs before them."""
+        if not self._rows:
+            return
+        evaluate = outputs_and_constraints(self._controller.problem)
+        applied = columns["applied"]
+        before = np.vstack([np.full((1, applied.shape[1]), np.nan), applied[:-1]]).T
+        parameters = columns["parameters"][:, 0].T
+        estimated, _ = evaluate(columns["estimated"].T, before, parameters)
+        computed, constraints = evaluate(columns["true_states"].T, before, parameters)
+        columns["estimated_outputs"] = estimated.full().T
+        columns["true_constraints"] = constraints.full().T
+        true = columns["true_outputs"]
+        columns["true_outputs"] = np.where(np.isnan(true), computed.full().T, true)
+
+    def _named(self, values: Mapping[str, ArrayLike] | NamedArray) -> list[str]:
+        names = values.signals if isinstance(values, NamedArray) else values
+        return [name for name in names if name in self._signals["output"]]
+
+    def _vector(self, signals: Signals, values: Any, argument: str) -> Array:
+        nothing = np.full(len(signals), np.nan)
+        if values is None:
+            return nothing
+        return signals.vector(values.values if isinstance(values, NamedArray) else values, argument, nothing)
+
+    def _column(self, name: str) -> Array:
+        return np.array([row[name] for row in self._rows], dtype=float)
+
+    def _stacked(self, name: str, dims: tuple[str, ...]) -> Any:
+        if not dims:
+            return np.array([row[name] for row in self._rows], dtype=str)
+        N = self._controller.problem.horizon
+        sizes = {"stage": N + 1, "interval": N}
+        shape = [sizes[dim] if dim in sizes else len(self._signals[dim]) for dim in dims]
+        rows = [row.get(name, np.full(shape, np.nan)) for row in self._rows]
+        if any(np.shape(row) != tuple(shape) for row in rows):
+            raise ShapeError(name, "samples of different shapes", f"shape {tuple(shape)} at each sample")
+        return np.array(rows, dtype=float).reshape(len(rows), *shape)
+
+
+def _of_plan(plan: Plan | None) -> dict[str, Any]:
+    if plan is None:
+        return {"status": SKIPPED, "cause": SKIPPED, **dict.fromkeys(TIMES, np.nan)}
+    return {
+        "commanded": plan.command.values,
+        "predicted_states": plan.x.values,
+        "predicted_inputs": plan.u.values,
+        "constraints": plan.constraints.values,
+        "slacks": plan.slacks.values,
+        "status": plan.status.name,
+        "cause": plan.cause.name,
+        "prepare_time": plan.timings.prepare,
+        "feedback_time": plan.timings.feedback,
+        "step_time": plan.timings.total,
+    }
+
+
+def outputs_and_constraints(problem: Problem) -> ca.Function:
+    """`(x, u, p) -> y, G`: tracked outputs, and path constraints less their next limits.
+
+    NaN where they depend on algebraic variables.
+    """
+    model = problem.model
+    now = [item.expression - item.limits[0] for item in problem.constraints]
+    rows = [ca.vertcat(*problem.output_rows), ca.vertcat(ca.SX(0, 1), *now)]
+    if len(model.algebraic):
+        unknown = ca.SX(ca.DM.nan(len(model.algebraic)))
+        rows = [ca.substitute(row, model.z, unknown) for row in rows]
+    return ca.Function("now", [model.x, model.u, model.p], rows)
+
+
+def state_limits(problem: Problem) -> tuple[Array, Array]:
+    """Lower and upper bounds of the states (nx,), infinite where there is none."""
+    model = problem.model
+    lower, upper = np.full(len(model.states), -np.inf), np.full(len(model.states), np.inf)
+    for item in problem.constraints:
+        for i in range(len(model.states)):
+            if ca.is_equal(item.expression, model.x[i]):
+                upper[i] = min(upper[i], item.limits[0])
+            elif ca.is_equal(item.expression, -model.x[i], 1):
+                lower[i] = max(lower[i], -item.limits[0])
+    return lower, upper
+
+
+def _unit_list(signals: Signals) -> str:
+    return ", ".join(f"{name}: {signals.unit(name)}" for name in signals)

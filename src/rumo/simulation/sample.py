@@ -1,0 +1,68 @@
+"""One sample of a closed loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rumo.plan import Plan
+from rumo.references import Preview
+from rumo.signals import Array, NamedArray
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Everything that is known at a sample, when its input is about to be applied.
+
+    Attributes
+    ----------
+    index : int
+        From 0.
+    time : float
+        [s].
+    plant : NamedArray
+        State of the plant.
+    measured : NamedArray
+        What the sensors say.
+    received : NamedArray
+        What of it arrives: the same, but for faults.
+    estimated : NamedArray
+        State that the controller is told.
+    covariance : ndarray, shape (nx, nx), or None
+        Of the estimate's error, where the estimator knows.
+    preview : Preview
+        What lies ahead, as the controller is told.
+    reference : NamedArray
+        Wanted outputs now.
+    parameters : ndarray, shape (N, np_)
+        Of the controller's model on each interval, as the controller believes.
+    plan : Plan or None
+        What the controller answers; None if it was skipped.
+    applied : NamedArray
+        Input from now to the next sample.
+    disturbance : NamedArray
+        Parameters of the plant from now to the next sample.
+    states, outputs : NamedArray
+        True states of the controller's model, and true tracked outputs, where the plant has signals of these names;
+        else NaN.
+    """
+
+    index: int
+    time: float
+    plant: NamedArray[float]
+    measured: NamedArray[float]
+    received: NamedArray[float]
+    estimated: NamedArray[float]
+    covariance: Array | None
+    preview: Preview
+    reference: NamedArray[float]
+    parameters: Array
+    plan: Plan | None
+    applied: NamedArray[float]
+    disturbance: NamedArray[float]
+    states: NamedArray[float]
+    outputs: NamedArray[float]
+
+    @property
+    def commanded(self) -> NamedArray[float] | None:
+        """Input computed at this sample, applied `delay` samples later."""
+        return None if self.plan is None else self.plan.command

@@ -1,0 +1,35 @@
+"""What a log holds."""
+
+from __future__ import annotations
+
+SKIPPED = "SKIPPED"
+"""Status in a log of a sample at which the controller did not run."""
+
+VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
+    "plant": (("plant_state",), "state of the plant"),
+    "measured": (("state",), "measured states"),
+    "estimated": (("state",), "states given to the controller"),
+    "applied": (("input",), "input held from this sample to the next"),
+    "commanded": (("input",), "input computed at this sample, applied `delay` samples later"),
+    "reference": (("output",), "wanted outputs at this sample"),
+    "disturbance": (("parameter",), "parameters of the plant from this sample to the next"),
+    "predicted_states": (("stage", "state"), "predicted states, stage 0 is now"),
+    "predicted_inputs": (("interval", "input"), "planned inputs, interval 0 starts now"),
+    "slacks": (("interval", "constraint"), "violation of the path constraints at the interval's end"),
+    "status": ((), "outcome of the step"),
+    "cause": ((), "what kept the step from being solved"),
+    "received": (("state",), "measured states as they arrived, faults included"),
+    "measured_outputs": (("measured_output",), "further measurements"),
+    "received_outputs": (("measured_output",), "further measurements as they arrived, faults included"),
+    "estimated_deviation": (("state",), "standard deviation of the estimated states"),
+    "true_states": (("state",), "states of the controller's model, of the plant"),
+    "true_outputs": (("output",), "tracked outputs, of the plant"),
+    "estimated_outputs": (("output",), "tracked outputs at the estimated states"),
+    "constraints": (("interval", "constraint"), "planned path constraints at the interval's end, violated above 0"),
+    "true_constraints": (("constraint",), "path constraints at the true states, violated above 0"),
+    "parameters": (("interval", "model_parameter"), "parameters of the controller's model, as it believes"),
+}
+"""Dimensions after time, and meaning."""
+TIMES = ("prepare_time", "feedback_time", "step_time")
+OTHERS = ("plant", "disturbance", "received", "parameters", "estimated_deviation", "true_states", "true_outputs")
+"""What loops may know besides."""

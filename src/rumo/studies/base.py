@@ -1,0 +1,88 @@
+"""What all studies have: runs that are plain data, and a report of what came of them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Callable, Generator, Hashable, Mapping
+from functools import lru_cache
+from threading import get_ident
+from typing import Any, ClassVar, Protocol
+
+from rumo.controllers import Controller
+from rumo.report.contents import Report
+
+Key = tuple[str | float, ...]
+"""Says which run of a study: ("rti", "jump"). Its first part is what progress is told by."""
+
+Progress = Callable[[str, float, int], None]
+"""Called with (first part of the key, how many of its runs are done, all of them)."""
+
+
+class Run(Protocol):
+    """Something to do, as plain data that can be sent to another process: a `Scenario`, or what is made of some."""
+
+    def run(self, *, progress: Callable[[int, int], None] | None = None) -> Any:
+        """Do it, and return what came of it; `progress` is called with (done, all) on the way."""
+        ...
+
+
+class Study(ABC):
+    """Settings of a study, which say what to run and how to report what came of it."""
+
+    keeps_logs: ClassVar[bool] = False
+    """Whether what comes of a run, a log or something with one, is worth a file."""
+
+    @abstractmethod
+    def runs(self) -> Mapping[Key, Run]:
+        """What there is to do; each run can be done by itself, anywhere."""
+
+    @abstractmethod
+    def report(self, results: Mapping[Any, Any]) -> Report:
+        """Summary, sentences, tables and figures of what came of the runs, nested by the parts of their keys.
+
+        Runs may be missing, such as those after an interruption: the report is of the others.
+        """
+
+    def run(self, progress: Progress | None = None) -> dict[Any, Any]:
+        """Do everything; what came of it, nested by the parts of the runs' keys: `results["rti"]["jump"]`."""
+        return nested(dict(carry_out(self.runs(), progress)))
+
+
+def carry_out(runs: Mapping[Key, Run], progress: Progress | None = None) -> Generator[tuple[Key, Any]]:
+    """Do the runs one after the other; yields each key with what came of it."""
+    every, done = Counter(str(key[0]) for key in runs), Counter[str]()
+    for key, run in runs.items():
+        name = str(key[0])
+
+        def tell(part: int, whole: int, name: str = name) -> None:
+            if progress is not None and part < whole:
+                progress(name, done[name] + part / whole, every[name])
+
+        tell(0, 1)
+        result = run.run(progress=tell)
+        done[name] += 1
+        if progress is not None:
+            progress(name, done[name], every[name])
+        yield key, result
+
+
+def nested(results: Mapping[Key, Any]) -> dict[Any, Any]:
+    """Results by key as a mapping of mappings, by the parts of the keys."""
+    tree: dict[Any, Any] = {}
+    for key, result in results.items():
+        branch = tree
+        for part in key[:-1]:
+            branch = branch.setdefault(part, {})
+        branch[key[-1]] = result
+    return tree
+
+
+def shared_controller(make: Callable[..., Controller], *arguments: Hashable) -> Controller:
+    """What `make` makes of some arguments, once for all runs in a thread: it takes longer than many a drive."""
+    return _made(get_ident(), make, *arguments)
+
+
+@lru_cache(maxsize=8)
+def _made(thread: int, make: Callable[..., Controller], *arguments: Hashable) -> Controller:
+    return make(*arguments)

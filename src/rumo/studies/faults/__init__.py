@@ -1,0 +1,5 @@
+"""Bad samples in a row: what a drive makes of sensors and solvers that fail for a moment."""
+
+from rumo.studies.faults.study import BASE, FAULTS, Drive, FaultRun, FaultStudy, Trouble
+
+__all__ = ["BASE", "FAULTS", "Drive", "FaultRun", "FaultStudy", "Trouble"]

@@ -1,0 +1,194 @@
+"""Bad samples in a row: what a drive makes of sensors and solvers that fail for a moment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from rumo.checks import known_names, whole_number
+from rumo.controllers import Controller, InnovationGate
+from rumo.controllers.settings import WIDE_GATE
+from rumo.errors import ArgumentError, PlantError
+from rumo.problem import Problem
+from rumo.registry import CONTROLLERS
+from rumo.report.contents import Report
+from rumo.simulation import Scenario
+from rumo.simulation.faults import Budget, Fault, Frozen, Misinformed, Missing, Offset, Reading
+from rumo.studies.base import Key, Run, Study, shared_controller
+from rumo.studies.paper import CLOSE_WEIGHTS, SAMPLING_TIME, PaperStudy
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+BASE = PaperStudy(weights=CLOSE_WEIGHTS, estimator=None, initial_error=0.0)
+"""The drive that is disturbed: the paper's path, wind and noise, but raw measurements and a start on the path."""
+
+ABSURD_STEERING = 100.0
+"""A steering rate [rad/s] that no later input can make up for within the hard bounds of the steering angle."""
+
+
+NEVER = range(0)
+
+
+@dataclass(frozen=True)
+class Trouble:
+    """What goes wrong during the bad samples.
+
+    Attributes
+    ----------
+    title : str
+        In words.
+    fault : Fault or None
+        At whatever samples.
+    """
+
+    title: str
+    fault: Fault | None = None
+
+
+FAULTS: dict[str, Trouble] = {
+    "none": Trouble("No fault"),
+    "nan": Trouble("NaN in a state", Reading(NEVER, "psi", np.nan)),
+    "infinite": Trouble("Infinite speed", Reading(NEVER, "v_x", np.inf)),
+    "jump": Trouble("Position off by 100 m", Offset(NEVER, "p_y", 100.0)),
+    "spin": Trouble("Yaw rate 50 rad/s", Reading(NEVER, "omega", 50.0)),
+    "frozen": Trouble("Frozen measurements", Frozen(NEVER)),
+    "missing": Trouble("No measurement", Missing(NEVER)),
+    "failure": Trouble("Solver fails", Misinformed(NEVER, {"torque": 0.0, "steering_rate": ABSURD_STEERING})),
+    "budget": Trouble("Budget of 0 iterations", Budget(NEVER)),
+}
+"""What can go wrong, by name; the first is the undisturbed drive."""
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A drive through a fault.
+
+    Attributes
+    ----------
+    log : Dataset or None
+        None if the controller raised. Its attributes `first_bad_sample` and `bad_samples` say when the fault was.
+    exception : str or None
+        What was raised, if anything was.
+    """
+
+    log: xr.Dataset | None
+    exception: str | None = None
+
+
+@dataclass(frozen=True)
+class FaultStudy(Study):
+    """Settings of the study.
+
+    Parameters
+    ----------
+    controllers : tuple of str
+        Names in `CONTROLLERS`.
+    faults : tuple of str
+        Names in `FAULTS`.
+    seed : int
+        Of wind and noise, the same for every drive.
+    duration : float
+        Of a drive [s].
+    start : float
+        When the first bad sample is [s].
+    count : int
+        Number of bad samples.
+    gate : InnovationGate, optional
+        Of every controller; None lets all finite measurements pass.
+    base : PaperStudy
+        The drive that is disturbed. Its controllers, seed, duration and estimator are not used.
+
+    Raises
+    ------
+    ArgumentError
+        If a name is unknown, or no good sample is left before and after the bad ones.
+    """
+
+    keeps_logs: ClassVar[bool] = True
+
+    controllers: tuple[str, ...] = ("rti", "nlp")
+    faults: tuple[str, ...] = tuple(FAULTS)
+    seed: int = 0
+    duration: float = 8.0
+    start: float = 3.0
+    count: int = 5
+    gate: InnovationGate | None = WIDE_GATE
+    base: PaperStudy = BASE
+
+    def __post_init__(self) -> None:
+        known_names(self.controllers, "controllers", CONTROLLERS)
+        known_names(self.faults, "faults", FAULTS)
+        whole_number(self.count, "count", 1)
+        if not SAMPLING_TIME <= self.start < np.inf:
+            raise ArgumentError("start", f"{self.start:g} s", f"at least one sample of {SAMPLING_TIME:g} s")
+        least = SAMPLING_TIME * (self.bad.stop + 1)
+        if not least <= self.duration < np.inf:
+            raise ArgumentError("duration", f"{self.duration:g} s", f"at least {least:g} s, to see a good sample again")
+
+    @property
+    def bad(self) -> range:
+        """The bad samples, counted from 0."""
+        first = round(self.start / SAMPLING_TIME)
+        return range(first, first + self.count)
+
+    def runs(self) -> dict[Key, Run]:
+        """A drive for each controller and fault, by their names."""
+        base, bad = replace(self.base, duration=self.duration, seed=self.seed, estimator=None), self.bad
+        problem, plant = base.problem(), base.plant()
+
+        def drive(name: str, trouble: Trouble) -> FaultRun:
+            faults = () if trouble.fault is None else (replace(trouble.fault, when=bad),)
+            scenario = replace(base.scenario(name, problem, plant), faults=faults)
+            return FaultRun(scenario, self.gate, trouble.title, bad)
+
+        return {(name, fault): drive(name, FAULTS[fault]) for name in self.controllers for fault in self.faults}
+
+    def report(self, results: Mapping[str, Mapping[str, Drive]]) -> Report:
+        """What became of the drives, by controller and fault."""
+        from rumo.studies.faults.report import report
+
+        return report(self, results)
+
+
+@dataclass(frozen=True)
+class FaultRun:
+    """A drive through a fault.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        The drive.
+    gate : InnovationGate or None
+        Of the controller.
+    title : str
+        What goes wrong, in words.
+    bad : range
+        The bad samples.
+    """
+
+    scenario: Scenario
+    gate: InnovationGate | None
+    title: str
+    bad: range
+
+    def run(self, *, progress: Callable[[int, int], None] | None = None) -> Drive:
+        """Drive; whatever the controller raises is a result."""
+        exception = None
+        try:
+            controller = shared_controller(_controller, self.scenario.controller, self.scenario.problem, self.gate)
+            log = self.scenario.run(controller, progress)
+        except PlantError as error:
+            log, exception = error.log, f"PlantError: {error}"
+        except Exception as error:
+            log, exception = None, f"{type(error).__name__}: {error}"
+        if log is not None:
+            log = log.assign_attrs(fault=self.title, first_bad_sample=self.bad.start, bad_samples=len(self.bad))
+        return Drive(log, exception)
+
+
+def _controller(name: str, problem: Problem, gate: InnovationGate | None) -> Controller:
+    return CONTROLLERS[name](problem, gate=gate)

@@ -1,0 +1,247 @@
+"""Faults as data: each does what it says, when it says, and the study's drives come out as its callbacks made them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from problems import pendulum
+
+import rumo
+from rumo.registry import CONTROLLERS
+from rumo.simulation import ClosedLoop, Scenario
+from rumo.simulation.faults import (
+    Biased,
+    Budget,
+    Fault,
+    Frozen,
+    LateCommand,
+    LateMeasurement,
+    LostCommand,
+    Misinformed,
+    Missing,
+    Offset,
+    Reading,
+    Saturated,
+    SkippedSample,
+    Stuck,
+    Weakened,
+)
+from rumo.simulation.variables import SKIPPED
+from rumo.studies.faults import FAULTS, FaultStudy
+
+STUDY = FaultStudy(("rti", "nlp", "ltv"), start=0.4, count=5, duration=1.2)
+BAD = STUDY.bad
+AS_DATA = {
+    "none": (),
+    "nan": (Reading(BAD, "psi", np.nan),),
+    "infinite": (Reading(BAD, "v_x", np.inf),),
+    "jump": (Offset(BAD, "p_y", 100.0),),
+    "spin": (Reading(BAD, "omega", 50.0),),
+    "frozen": (Frozen(BAD),),
+    "missing": (Missing(BAD),),
+    "failure": (Misinformed(BAD, {"torque": 0.0, "steering_rate": 100.0}),),
+    "budget": (Budget(BAD),),
+}
+# Wall-clock times differ; so does what arrived, which the study's estimators spoil after it has.
+OWN = ("prepare_time", "feedback_time", "step_time", "received")
+
+
+def scenario(**changes):
+    """A pendulum that swings, its controller with a delay of one sample."""
+    problem = changes.pop("problem", None) or pendulum()
+    settings = {"plant": problem.model, "x": [0.3, 0.0], "reference": {"angle": 0.1}, "duration": 1.0}
+    return Scenario(problem, **(settings | changes))
+
+
+@pytest.mark.parametrize("name", STUDY.controllers)
+def test_drives_of_the_study(name):
+    base = replace(STUDY.base, duration=STUDY.duration, seed=STUDY.seed)
+    problem, plant = base.problem(), base.plant()
+    drives = FaultStudy((name,), start=0.4, count=5, duration=1.2).run()[name]
+    assert set(drives) == set(AS_DATA) == set(FAULTS)
+    controller = CONTROLLERS[name](problem)
+    for fault, drive in drives.items():
+        log = rumo.simulate(
+            controller,
+            plant,
+            base.initial_state(),
+            base.path,
+            base.duration,
+            sensors=rumo.Sensors(base.noise),
+            disturbances={"wind_speed": base.wind, "wind_direction": rumo.simulation.Constant(np.pi / 2.0)},
+            faults=AS_DATA[fault],
+        )
+        assert drive.exception is None
+        study = drive.log.drop_vars(OWN).assign_attrs(log.attrs)
+        study.attrs = log.attrs
+        xr.testing.assert_identical(log.drop_vars(OWN), study)
+
+
+@pytest.mark.parametrize(
+    ("when", "samples"),
+    [
+        (range(3, 6), range(3, 6)),
+        ((0.15, 0.30), range(3, 6)),
+        ((0.151, 0.299), range(4, 6)),
+        ((0.0, 0.0), range(0)),
+        ((0.9, np.inf), range(18, 20_000_000_000_000)),
+    ],
+)
+def test_windows(when, samples):
+    found = Missing(when).samples(0.05)
+    assert list(found[:5]) == list(samples[:5])
+    assert (len(found) > 20) == (len(samples) > 20)
+
+
+@pytest.mark.parametrize(
+    ("fault", "expected"),
+    [
+        (Reading(range(4, 7), "rate", 9.0), lambda log: {"rate": 9.0}),
+        (Offset(range(4, 7), "angle", 0.5), lambda log: {"angle": log.measured.data[4:7, 0] + 0.5}),
+        (Frozen(range(4, 7)), lambda log: {"angle": log.measured.data[3, 0], "rate": log.measured.data[3, 1]}),
+        (Frozen(range(4, 7), ("rate",)), lambda log: {"rate": log.measured.data[3, 1]}),
+        (Missing(range(4, 7), ("rate",)), lambda log: {"rate": np.nan}),
+        (LateMeasurement(range(4, 7), by=2), lambda log: {"angle": log.measured.data[2:5, 0]}),
+    ],
+)
+def test_sensors(fault, expected):
+    log = scenario(faults=(fault,), sensors=rumo.Sensors({"angle": 0.01, "rate": 0.02})).run()
+    told = log.measured.copy(deep=True)
+    for name, values in expected(log).items():
+        told.loc[{"state": name}][4:7] = values
+    if isinstance(fault, LateMeasurement):
+        told[4:7] = log.measured.data[2:5]
+    np.testing.assert_array_equal(log.received, told)
+    np.testing.assert_array_equal(log.estimated, told)
+
+
+def test_frozen_and_late_from_the_start_are_missing():
+    for fault in (Frozen(range(2)), LateMeasurement(range(2), by=2)):
+        log = scenario(faults=(fault,)).run()
+        assert np.isnan(log.received[:2]).all()
+        assert not np.isnan(log.received[2:]).any()
+
+
+@pytest.mark.parametrize(
+    ("fault", "expected"),
+    [
+        (Stuck(range(4, 7), "torque"), lambda told, done: done[3]),
+        (Stuck(range(4, 7), "torque", 0.7), lambda told, done: 0.7),
+        (Weakened(range(4, 7), "torque", share=0.5), lambda told, done: 0.5 * told),
+        (Saturated(range(4, 7), "torque", -0.1, 0.1), lambda told, done: np.clip(told, -0.1, 0.1)),
+        (Biased(range(4, 7), "torque", by=0.3), lambda told, done: told + 0.3),
+    ],
+)
+@pytest.mark.parametrize("delay", [0, 1, 2])
+def test_actuators(fault, expected, delay):
+    log = scenario(problem=pendulum(delay=delay), faults=(fault,)).run()
+    arrived = np.vstack([np.zeros((delay, 1)), log.commanded.data])[: len(log.time)]
+    wanted = arrived.copy()
+    wanted[4:7] = expected(arrived[4:7], log.applied.data)
+    np.testing.assert_array_equal(log.applied, wanted)
+
+
+@pytest.mark.parametrize("told", [False, True])
+def test_estimators_learn_what_is_applied_only_if_told(told):
+    filters = rumo.estimation.ExtendedKalman({"angle": 1.0, "rate": 1.0}, {"angle": 1e-4, "rate": 1e-4})
+    log = scenario(faults=(Stuck((0.2, 1.0), "torque", 2.0, told=told),), estimator=filters).run()
+    error = np.abs(log.estimated.data - log.plant.data).max()
+    assert (error < 0.05) == told
+
+
+@pytest.mark.parametrize("delay", [0, 1, 2])
+def test_controllers_are_told_what_is_applied(delay):
+    """Without delay, the controller's last input is that of the actuator."""
+    run = scenario(problem=pendulum(delay=delay), faults=(Stuck(range(4, 7), "torque", 1.5, told=True),))
+    loop = ClosedLoop(run)
+    last = [loop.controller.applied[0, 0] for _ in loop]
+    if delay == 0:
+        assert last[4:7] == [1.5] * 3
+    assert 1.5 not in last[:4] + last[7:]
+
+
+@pytest.mark.parametrize("delay", [0, 1, 2])
+def test_late_commands_are_applied_late(delay):
+    log = scenario(problem=pendulum(delay=delay), faults=(LateCommand(range(4, 7), by=1),)).run()
+    applied, commanded, first = log.applied.data, log.commanded.data, 4 + delay
+    np.testing.assert_array_equal(applied[first], applied[first - 1])  # held
+    np.testing.assert_array_equal(applied[first + 1 : first + 3], commanded[4:6])
+    # The command of the last bad sample comes with that of the next good one, which counts.
+    np.testing.assert_array_equal(applied[first + 3 :], commanded[7 : len(commanded) - delay])
+
+
+@pytest.mark.parametrize("delay", [0, 1, 2])
+def test_lost_commands_leave_the_last(delay):
+    log = scenario(problem=pendulum(delay=delay), faults=(LostCommand(range(4, 7)),)).run()
+    applied, first = log.applied.data, 4 + delay
+    np.testing.assert_array_equal(applied[first : first + 3], np.tile(applied[first - 1], (3, 1)))
+    np.testing.assert_array_equal(applied[first + 3 :], log.commanded.data[7 : len(applied) - delay])
+
+
+@pytest.mark.parametrize("delay", [0, 1, 2])
+def test_skipped_samples(delay):
+    loop = ClosedLoop(scenario(problem=pendulum(delay=delay), faults=(SkippedSample(range(4, 7)),)))
+    asked = []
+    for sample in loop:
+        asked.append(loop.controller.applied)
+        assert (sample.plan is None) == (sample.commanded is None) == (sample.index in range(4, 7))
+    log = loop.scenario.run()
+    first, applied = 4 + delay, log.applied.data
+    np.testing.assert_array_equal(applied[first : first + 3], np.tile(applied[first - 1], (3, 1)))
+    assert log.status.data[4:7].tolist() == [SKIPPED] * 3
+    assert np.isnan(log.predicted_states[4:7]).all()
+    assert np.isnan(log.commanded[4:7]).all()
+    # When it runs again, it knows what was applied meanwhile.
+    if delay:
+        np.testing.assert_array_equal(asked[7][-1], log.commanded[7])
+        np.testing.assert_array_equal(log.predicted_inputs[7, :delay], applied[7 : 7 + delay])
+
+
+def test_budget_is_given_back():
+    controller = rumo.RealTimeIteration(pendulum(bounds={"torque": (-0.1, 0.1)}))
+    settings = controller.settings
+    log = scenario(problem=controller.problem, faults=(Budget(range(4, 7)),)).run(controller)
+    assert controller.settings is settings
+    assert "BUDGET_EXCEEDED" in log.status.data[4:7]
+    assert set(log.status.data[8:]) == {"OPTIMAL"}
+
+
+def test_faults_act_one_after_the_other():
+    faults = (Offset(range(4, 7), "angle", 1.0), Offset(range(5, 9), "angle", 2.0))
+    log = scenario(faults=faults).run()
+    off = (log.received - log.measured).sel(state="angle").data
+    np.testing.assert_allclose(off[:10], [0.0, 0.0, 0.0, 0.0, 1.0, 3.0, 3.0, 2.0, 2.0, 0.0], atol=1e-12)
+
+
+def test_a_fault_of_ones_own():
+    @dataclass(frozen=True)
+    class Drifting(Fault):
+        rate: float = 0.1
+
+        def sense(self, received, past, bad, signals):
+            return received + self.rate * (bad + 1)
+
+    log = scenario(faults=(Drifting(range(4, 7)),)).run()
+    np.testing.assert_allclose((log.received - log.measured)[3:8, 0], [0.0, 0.1, 0.2, 0.3, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Missing(range(6, 0, -1)), r"when: got range\(6, 0, -1\), expected samples one after the other"),
+        (lambda: Missing(3), r"when: got 3, expected range\(first, end\) of samples, or \(start, end\) in seconds"),
+        (lambda: Missing((2.0, 1.0)), r"when: got \(2.0, 1.0\), expected a start of at least 0 s, and an end after"),
+        (lambda: LateCommand(range(2), by=0), "by: got 0, expected a whole number of at least 1"),
+        (lambda: Budget(range(2), iterations=-1), "iterations: got -1, expected a whole number"),
+        (lambda: scenario(faults=[Missing(range(2))]), r"faults: got \[Missing.*expected a tuple"),
+        (lambda: scenario(faults=("nan",)), "faults: got 'nan', expected a rumo.Fault"),
+        (lambda: ClosedLoop(scenario(faults=(Reading(range(2), "ange", 0.0),))), "Did you mean 'angle'"),
+        (lambda: ClosedLoop(scenario(faults=(Missing(range(2), ("ange",)),))), "Did you mean 'angle'"),
+        (lambda: ClosedLoop(scenario(faults=(Stuck(range(2), "torqe"),))), "Did you mean 'torque'"),
+        (lambda: ClosedLoop(scenario(faults=(Misinformed(range(2), {}),))), "applied: got no value for torque"),
+    ],
+)
+def test_mistakes(make, message):
+    with pytest.raises(rumo.ArgumentError, match=message):
+        make()

@@ -1,0 +1,96 @@
+"""Logs of loops of one's own, and what logs hold besides what was recorded."""
+
+import re
+
+import numpy as np
+import pytest
+from problems import pendulum
+
+import rumo
+from rumo.simulation import Plant, load, save
+from rumo.simulation.recorder import state_limits
+
+
+def test_a_loop_of_ones_own():
+    problem = pendulum(delay=0)
+    controller, plant, x = rumo.RealTimeIteration(problem), Plant(problem.model, 0.05), np.array([0.3, 0.0])
+    recorder = rumo.Recorder(controller)
+    for k in range(10):
+        plan = controller.step(x, {"angle": 0.1})
+        recorder.add(plan, time=0.05 * k, measured=x, applied=plan.command, reference={"angle": 0.1})
+        x = plant.advance(x, plan.command.values, problem.parameters[0])
+    log = recorder.log()
+    simulated = rumo.simulate(controller, problem.model, [0.3, 0.0], {"angle": 0.1}, 0.5)
+    for name in ("measured", "estimated", "applied", "commanded", "reference", "predicted_states", "constraints"):
+        np.testing.assert_array_equal(log[name], simulated[name], err_msg=name)
+    np.testing.assert_array_equal(log["estimated_outputs"].data, log["estimated"].data[:, :1])
+    assert log.sizes["plant_state"] == 0
+    rumo.show(log)
+
+
+def test_signals_can_be_left_out_but_not_invented(tmp_path):
+    controller = rumo.RealTimeIteration(pendulum())
+    recorder = rumo.Recorder(controller)
+    plan = controller.step([0.1, 0.0], {"angle": 0.0})
+    recorder.add(plan, time=0.0, measured={"angle": 0.1})
+    recorder.add(None, time=0.05)
+    with pytest.raises(rumo.UnknownNameError, match=r"applied: got 'torqe'.*Did you mean 'torque'\?"):
+        recorder.add(plan, time=0.1, applied={"torqe": 0.0})
+    with pytest.raises(rumo.UnknownNameError, match=r"Recorder.add: got 'meassured'.*Did you mean 'measured'\?"):
+        recorder.add(plan, time=0.1, meassured=[0.0, 0.0])
+    log = load(save(recorder.log(), tmp_path / "run.nc"))
+    np.testing.assert_array_equal(log["measured"], [[0.1, np.nan], [np.nan, np.nan]])
+    assert log["status"].data.tolist() == ["OPTIMAL", "SKIPPED"]
+    assert rumo.Recorder(controller).log().sizes["time"] == 0
+
+
+def test_limits_constraints_and_outputs_are_in_the_log():
+    base = pendulum().model
+    model = rumo.Model(
+        {"angle": "rad", "rate": "rad/s"},
+        {"torque": "N m"},
+        lambda x, u, p: {"angle": x.rate, "rate": u.torque - p.gravity * x.angle},
+        parameters={"gravity": rumo.Parameter("m/s^2", 9.81)},
+        outputs={"height": rumo.Output("m", lambda x, u, p: x.angle**2)},
+        name=base.name,
+    )
+    problem = pendulum(
+        model=model,
+        track={"height": rumo.Weight(1.0), "angle": rumo.Weight(1.0)},
+        bounds={"rate": rumo.Bounds(-0.5, 0.6, rumo.Penalty(1.0)), "angle": (-np.inf, 2.0)},
+        constraints={"power": rumo.Constraint(lambda x, u, p: x.rate * u.torque - 1.0)},
+    )
+    log = rumo.simulate(rumo.RealTimeIteration(problem), model, [0.3, 0.2], {"height": 0.0, "angle": 0.0}, 0.5)
+    np.testing.assert_array_equal(log["state_lower"], [-np.inf, -0.5])
+    np.testing.assert_array_equal(log["state_upper"], [2.0, 0.6])
+    angle, rate = log["plant"].data.T
+    np.testing.assert_allclose(log["true_outputs"], np.column_stack([angle**2, angle]), rtol=1e-14)
+    np.testing.assert_allclose(log["estimated_outputs"], log["true_outputs"], rtol=1e-14)
+    before = log["applied"].data[:-1, 0]
+    true = log["true_constraints"]
+    np.testing.assert_allclose(true.sel(constraint="power")[1:], (rate[1:] * before) - 1.0, atol=1e-14)
+    assert np.isnan(true.sel(constraint="power")[0])  # no input before the first sample is known
+    np.testing.assert_allclose(true.sel(constraint="rate_lower"), -0.5 - rate, atol=1e-14)
+    np.testing.assert_array_equal(log["slacks"], np.maximum(log["constraints"], 0.0))
+
+
+def test_a_constraint_by_the_name_of_a_limit_is_none():
+    problem = pendulum(
+        constraints={"rate_upper": rumo.Constraint(lambda x, u, p: x.angle - 1.0)}, bounds={"torque": (-2.0, 2.0)}
+    )
+    np.testing.assert_array_equal(state_limits(problem), [[-np.inf] * 2, [np.inf] * 2])
+
+
+def test_files_are_whole_or_not_there(tmp_path):
+    from rumo.files import write_whole
+
+    def half(place):
+        place.write_text("half")
+        raise KeyboardInterrupt
+
+    path = tmp_path / "run.txt"
+    assert write_whole(path, lambda place: place.write_text("whole")) == path
+    with pytest.raises(KeyboardInterrupt):
+        write_whole(path, half)
+    assert [(item.name, item.read_text()) for item in tmp_path.iterdir()] == [("run.txt", "whole")]
+    assert re.fullmatch("0o100[64]{3}", oct(path.stat().st_mode))

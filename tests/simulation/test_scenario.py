@@ -1,0 +1,184 @@
+"""Scenarios: data that can be copied, sent away and run there; loops over their samples."""
+
+import copy
+import pickle
+from dataclasses import replace
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+import xarray as xr
+from problems import pendulum
+
+import rumo
+from rumo.estimation import Butterworth, ExtendedKalman
+from rumo.references import Following, Preview, Sampled, Sine, SinePath
+from rumo.simulation import ClosedLoop, Gust, OrnsteinUhlenbeck, Plant, Scenario, Sensors, faults
+from rumo.simulation.log import load, save
+from rumo.vehicles import PAPER_CAR
+
+
+def scenario(**changes):
+    """A pendulum in which everything happens that can happen."""
+    problem = changes.pop("problem", None) or pendulum()
+    settings = {
+        "plant": Plant(problem.model, problem.sampling_time),
+        "x": {"angle": 0.3, "rate": 0.0},
+        "reference": Sine("angle", 0.1, 0.05, 2.0),
+        "duration": 0.5,
+        "sensors": Sensors({"angle": 0.01, "rate": 0.02}),
+        "estimator": ExtendedKalman({"angle": 0.01, "rate": 0.02}, {"angle": 0.001, "rate": 0.02}),
+        "disturbances": {"gravity": OrnsteinUhlenbeck(9.81, 0.5, 0.3)},
+        "faults": (faults.Missing(range(3, 5)), faults.Stuck((0.3, 0.4), "torque")),
+        "seed": 3,
+    }
+    return Scenario(problem, **(settings | changes))
+
+
+def without_times(log):
+    return log.drop_vars([name for name in log.data_vars if name.endswith("_time")])
+
+
+def test_simulate_is_the_scenario_run_by_a_controller_that_is_there():
+    run = scenario()
+    controller = rumo.RealTimeIteration(run.problem)
+    log = rumo.simulate(
+        controller,
+        run.plant,
+        run.x,
+        run.reference,
+        run.duration,
+        sensors=run.sensors,
+        estimator=run.estimator,
+        disturbances=run.disturbances,
+        faults=run.faults,
+        seed=run.seed,
+    )
+    for other in (run.run(), run.run(controller)):
+        xr.testing.assert_identical(without_times(log), without_times(other))
+
+
+def test_samples_are_what_the_log_says():
+    run = scenario()
+    log, loop = run.run(), ClosedLoop(run)
+    samples = list(loop)
+    assert len(samples) == len(loop) == 10
+    for k, sample in enumerate(samples):
+        assert (sample.index, sample.time) == (k, log.time.data[k])
+        for name in ("plant", "measured", "received", "estimated", "applied", "disturbance", "reference"):
+            np.testing.assert_array_equal(getattr(sample, name), log[name].data[k], err_msg=name)
+        np.testing.assert_array_equal(sample.commanded, log.commanded.data[k])
+        np.testing.assert_array_equal(sample.states, log.true_states.data[k])
+        np.testing.assert_array_equal(sample.parameters, log.parameters.data[k])
+        assert sample.plan.status.name == log.status.data[k]
+        np.testing.assert_array_equal(np.sqrt(np.diag(sample.covariance)), log.estimated_deviation.data[k])
+    # Each loop is a new run.
+    assert [sample.applied["torque"] for sample in loop] == [sample.applied["torque"] for sample in samples]
+
+
+def test_the_controller_can_be_changed_between_samples():
+    run = scenario(faults=(), reference={"angle": 0.1}, duration=3.0)
+    loop = ClosedLoop(replace(run, sensors=Sensors(), estimator=None, disturbances={}))
+    for sample in loop:
+        if sample.index == 20:
+            loop.controller.parameters = {"gravity": 2.0}
+        assert (sample.parameters == (9.81 if sample.index <= 20 else 2.0)).all()
+
+
+def run_elsewhere(run):
+    return run.run()
+
+
+def test_scenarios_run_in_other_processes():
+    run = scenario()
+    with get_context("spawn").Pool(1) as pool:
+        xr.testing.assert_identical(without_times(pool.apply(run_elsewhere, (run,))), without_times(run.run()))
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        Sensors({"angle": 0.1}, ("angle",), {"angle": 2}),
+        Butterworth(2.0),
+        ExtendedKalman({"angle": 0.1}, {"angle": 0.1, "rate": 0.1}, {"rate": 0.0}, {"rate": 1.0}),
+        Sine("angle", 0.0, 1.0, 2.0),
+        Sampled((0.0, 1.0), {"angle": (0.0, 1.0)}),
+        SinePath(vehicle=PAPER_CAR),
+        Following(SinePath()),
+        Preview({"angle": 0.1}, {"gravity": 9.0}),
+        Gust(1.0, 2.0, 3.0, 4.0),
+        faults.Frozen((1.0, 2.0), ("angle",)),
+        faults.Saturated(range(3), "torque", -1.0, 1.0, told=True),
+        faults.Misinformed(range(3), {"torque": 100.0}),
+    ],
+)
+def test_parts_come_back_as_they_were(part):
+    assert pickle.loads(pickle.dumps(part)) == copy.deepcopy(part) == part
+
+
+def test_failures_come_back_with_their_log(tmp_path):
+    escape = rumo.Model(
+        {"angle": "rad", "rate": "rad/s"},
+        {"torque": "N m"},
+        lambda x, u, p: {"angle": x.rate, "rate": x.rate**2 + u.torque},
+        name="escape",
+    )
+    with pytest.raises(rumo.PlantError, match=r"At t = 0.\d+ s") as caught:
+        scenario(plant=escape, x=[0.0, 5.0], disturbances={}, estimator=None, faults=()).run()
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert str(again) == str(caught.value)
+    xr.testing.assert_identical(again.log, caught.value.log)
+    xr.testing.assert_identical(load(save(again.log, tmp_path / "run.nc")), again.log)
+
+
+def test_names_are_looked_up():
+    problem = pendulum(
+        model=rumo.registry.MODELS["van_der_pol"](),
+        track={"position": rumo.Weight(1.0)},
+        moves={"force": rumo.Weight(0.1)},
+        bounds=None,
+    )
+    run = Scenario(
+        problem,
+        "van_der_pol",
+        [2.0, 0.0],
+        {"position": 1.6, "speed": 0.0},
+        0.2,
+        controller="ltv",
+        discretization="radau2",
+    )
+    assert run.run().attrs["controller"] == "ltv"
+    assert isinstance(ClosedLoop(run).controller.transcription.discretization, rumo.Radau2)
+    assert ClosedLoop(replace(run, controller="rti", backend="reference")).controller.name == "rti"
+
+
+class Mine(rumo.LinearTimeVarying):
+    """A controller of one's own."""
+
+    name = "mine"
+
+
+def test_classes_of_ones_own_control():
+    assert scenario(controller=Mine, reference={"angle": 0.1, "rate": 0.0}).run().attrs["controller"] == "mine"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"controller": "rit"}, r"controller: got 'rit', expected one of rti, nlp, ltv. Did you mean 'rti'\?"),
+        ({"controller": rumo.Weight}, "controller: got <class 'rumo.terms.Weight'>, expected one of rti"),
+        ({"plant": "van_der_pole"}, r"plant: got 'van_der_pole'.* Did you mean 'van_der_pol'\?"),
+        ({"discretization": "radau9"}, r"discretization: got 'radau9'.* Did you mean 'radau3'\?"),
+        ({"controller": "nlp", "backend": "portable"}, "backend: got 'portable', expected nothing: DirectNlp has only"),
+        ({"duration": 0.01}, "duration: got 0.01, expected at least one sampling time"),
+        ({"sensors": {"angle": 0.1}}, "sensors: got"),
+        ({"sensors": Sensors(measured=("angle",)), "estimator": None}, "measured: got no rate, expected all states"),
+        ({"sensors": Sensors(measured=("angle",))}, "noise: got 'rate', expected one of angle"),
+        ({"reference": lambda t: {"angel": 0.0 * t}}, r"reference: got 'angel', .* Did you mean 'angle'\?"),
+        ({"reference": {"angel": 0.0}}, r"reference: got 'angel', .* Did you mean 'angle'\?"),
+        ({"problem": 3}, "problem: got 3, expected a rumo.Problem"),
+    ],
+)
+def test_mistakes(changes, message):
+    with pytest.raises(rumo.ArgumentError, match=message):
+        list(ClosedLoop(replace(scenario(), **changes)))

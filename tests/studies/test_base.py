@@ -1,0 +1,84 @@
+"""What all studies promise: runs that can be done elsewhere, and a report of those that were done."""
+
+import json
+import pickle
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+
+from rumo.report.contents import Report
+from rumo.report.figures import draw
+from rumo.report.page import write_page
+from rumo.studies import PaperStudy
+from rumo.studies.base import carry_out, nested, shared_controller
+from rumo.studies.discretization import CASES, DiscretizationStudy
+from rumo.studies.faults import FaultStudy
+from rumo.studies.linearization import LinearizationStudy
+
+STUDIES = {
+    "paper": PaperStudy(("rti", "nlp"), duration=0.4),
+    "faults": FaultStudy(("rti", "ltv"), ("none", "jump", "budget"), duration=3.4),
+    "linearization": LinearizationStudy(("rti", "ltv"), {"speed": (8.0, 9.0), "noise": (1.0,)}, duration=0.4),
+    "discretization": DiscretizationStudy(("van-de-vusse",), ("implicit-euler", "radau2"), backend="portable"),
+}
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_settings_and_runs_are_data(name):
+    study = STUDIES[name]
+    assert pickle.loads(pickle.dumps(study)) == study
+    runs = study.runs()
+    assert list(pickle.loads(pickle.dumps(runs))) == list(runs)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_cases_are_data(case):
+    made = CASES[case]()
+    copy = pickle.loads(pickle.dumps(made))
+    np.testing.assert_array_equal(copy.inputs(1.5), made.inputs(1.5))
+
+
+def test_a_run_elsewhere_is_the_run_here():
+    study = STUDIES["faults"]
+    runs = study.runs()
+    here = runs["rti", "jump"].run().log
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        there = pool.submit(runs["rti", "jump"].run).result().log
+    for name in ("plant", "estimated", "commanded", "status"):
+        np.testing.assert_array_equal(there[name].values, here[name].values)
+
+
+@pytest.mark.parametrize("name", STUDIES)
+@pytest.mark.parametrize("done", ["nothing", "one", "all but one"])
+def test_a_report_says_what_it_can(name, done, tmp_path):
+    study = STUDIES[name]
+    results = dict(carry_out(dict(list(study.runs().items())[: {"nothing": 0, "one": 1}.get(done, -1)])))
+    report = study.report(nested(results))
+    assert isinstance(report, Report)
+    assert report.summary["study"] == name
+    json.dumps(report.summary, allow_nan=False)
+    for figure in report.figures:
+        draw(figure)
+    write_page(tmp_path / "report.html", replace(report, warning="Incomplete"))
+    assert "Incomplete" in (tmp_path / "report.html").read_text()
+
+
+def test_a_value_of_a_sweep_is_reported_only_if_all_have_driven_it():
+    study = STUDIES["linearization"]
+    results = dict(list(carry_out(study.runs()))[:3])
+    assert study.report(nested(results)).summary["sweeps"]["speed"]["values"] == [8.0]
+
+
+def test_controllers_are_shared_by_what_they_are_made_of():
+    made = []
+
+    def make(*arguments):
+        made.append(arguments)
+        return object()
+
+    assert shared_controller(make, 1) is shared_controller(make, 1)
+    shared_controller(make, 2)
+    assert made == [(1,), (2,)]
