@@ -2,13 +2,14 @@
 
 from rumo.kernel._core import GATE_STAGES, SLACK_TOLERANCE, STRAYED, Qp
 from rumo.kernel._core import Controller as Core
-from rumo.kernel.description import NUMBERS, Description, StageProgram, as_numbers, describe
+from rumo.kernel.description import BOUNDS, NUMBERS, Description, StageProgram, as_numbers, describe
 from rumo.kernel.export import problem_source
 from rumo.kernel.guard import Guard, Trajectory
 from rumo.kernel.settings import Settings
 from rumo.kernel.tailored import Build, portable, tailored
 
 __all__ = [
+    "BOUNDS",
     "GATE_STAGES",
     "NUMBERS",
     "SLACK_TOLERANCE",

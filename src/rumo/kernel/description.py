@@ -97,6 +97,8 @@ def part_prefix(prefix: str, part: str) -> str:
 
 
 SIZES = tuple(member.name for member in members("rumo_sizes"))
+BOUNDS = tuple(member.name for member in members("rumo_bounds"))
+"""What holds for the inputs whatever happens."""
 NUMBERS = tuple(member.name for member in members("rumo_numbers"))
 """What may change between two samples."""
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rumo.kernel._core import Guard as _Guard
-from rumo.kernel.description import SIZES, as_numbers, members
+from rumo.kernel.description import BOUNDS, SIZES, as_numbers, members
 from rumo.kernel.settings import Settings
 from rumo.signals import Array
 from rumo.status import Status
@@ -56,8 +56,7 @@ class Guard:
         self._sizes |= {"substeps": 1, "explicit_scheme": 0, "inner": inner - self._sizes["algebraic"]}
         # Copying what lies one interval later would be as good, but for rounding at the last.
         given: dict[str, Any] = self._sizes | {"shift_same_rows": 0}
-        bounds = [member.name for member in members("rumo_bounds")]
-        numbers = as_numbers(self._sizes, {name: values[name] for name in bounds})
+        numbers = as_numbers(self._sizes, {name: values[name] for name in BOUNDS})
         for member in members("rumo_guard_data"):
             if member.kind in ("ints", "doubles"):
                 kind = np.int32 if member.kind == "ints" else np.float64

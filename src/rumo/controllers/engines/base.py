@@ -27,22 +27,22 @@ class Engine(Protocol):
     ----------
     backend : str
         What users call it.
-    applied : ndarray, shape (max(delay, 1), nu)
-        Inputs already decided, oldest first.
-    counts : Counter of Status
-        Outcomes of all steps since the last reset.
     """
 
     backend: str
 
     @property
-    def applied(self) -> Array: ...  # noqa: D102
+    def applied(self) -> Array:
+        """Inputs already decided, oldest first (max(delay, 1), nu)."""
+        ...
 
     @applied.setter
     def applied(self, inputs: Array) -> None: ...
 
     @property
-    def counts(self) -> Counter[Status]: ...  # noqa: D102
+    def counts(self) -> Counter[Status]:
+        """Outcomes of all steps since the last reset."""
+        ...
 
     def configure(self, settings: Any) -> None:
         """Use other settings from the next call on."""

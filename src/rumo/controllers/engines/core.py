@@ -13,7 +13,7 @@ from rumo.controllers.engines.described import core_problem, core_settings, numb
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.settings import Settings
 from rumo.errors import CallOrderError
-from rumo.kernel import Build, Core, portable, tailored
+from rumo.kernel import NUMBERS, Build, Core, portable, tailored
 from rumo.plan import Plan, PlanLayout
 from rumo.signals import Array, Values
 from rumo.status import Status
@@ -26,8 +26,9 @@ class CoreEngine:
     """Steps computed by the C core: portable, or compiled for the problem."""
 
     def __init__(self, transcription: Transcription, settings: Settings, *, tailor: bool) -> None:
-        self._problem, self._numbers = transcription.problem, numbers_of(transcription)
+        self._problem = transcription.problem
         description = core_problem(transcription)
+        self._numbers = {name: description.values[name] for name in NUMBERS}
         self._build: Build = tailored(description) if tailor else portable()
         self.backend = self._build.name
         self._core = Core(self._build.table, description.values, asdict(core_settings(settings)))

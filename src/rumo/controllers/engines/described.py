@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from rumo.controllers.settings import ControllerSettings, Settings
-from rumo.kernel import Description, Guard, describe
+from rumo.kernel import BOUNDS, Description, Guard, describe
 from rumo.kernel import Settings as CoreSettings
 from rumo.problem import Problem
 from rumo.recording import stage_program
 from rumo.shift import Shift
 from rumo.signals import Array
 from rumo.transcription import Transcription
-
-LIMITS = ("input_lower", "input_upper", "move_lower", "move_upper", "safe_input")
 
 
 def core_settings(settings: ControllerSettings) -> CoreSettings:
@@ -76,7 +74,7 @@ def numbers_of(transcription: Transcription) -> dict[str, Array]:
 
 def limits_of(problem: Problem) -> dict[str, Array]:
     """What holds for the inputs whatever happens."""
-    return {name: getattr(problem.numbers, name) for name in LIMITS}
+    return {name: getattr(problem.numbers, name) for name in BOUNDS}
 
 
 def guard_of(transcription: Transcription, settings: ControllerSettings) -> Guard:

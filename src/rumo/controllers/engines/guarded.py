@@ -135,7 +135,8 @@ class Guarded:
             if candidate is None:
                 self.method.missed()
             status, cause = self._guard.follow(None if candidate is None else candidate.trajectory.parts, cause)
-            self._guess = Trajectory(*self._guard.next) if self._guard.has_guess and self._guard.next else None
+            later = self._guard.next if self._guard.has_guess else None
+            self._guess = None if later is None else Trajectory(*later)
             self._prepared = False
             return self._plan(candidate, status, cause, start)
 
