@@ -26,11 +26,11 @@ struct rumo_controller {
     double *inner;           /* (ni, lanes): its other unknowns of the intervals, see inner.c */
     double *guess_rest;      /* constraints, z, diagnostics of the iteration before, see attempt() */
     int prepared;
-    double *last_reference;  /* (N + 1, ny): wanted at the sample before, one sample on */
+    double *last_reference;  /* (N + 1, ny): wanted at the sample before, */
+    double *expected;        /* and the same one sample later */
     int has_reference;
     double last_step;        /* largest change of a free input in the iteration before, NaN if there was none */
     double straying;         /* of the last guess linearised about, see straying() */
-    int settled;             /* whether guesses have satisfied the dynamics since the last one at rest */
     double prepare_seconds, linearize_seconds, linearized_at;
 };
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from problems import car, pendulum
+from problems import car, cooled_reactor, pendulum, stiff_reactor, swinging_cart
 
 import rumo
 from rumo import InnovationGate, Status
@@ -166,3 +166,21 @@ def test_backends_judge_sequences_with_freezes_and_jumps_alike(gate):
         assert statuses[0] is statuses[1], (k, statuses)
         seen.add(statuses[0])
     assert (Status.BAD_MEASUREMENT in seen) == (gate is not None)
+
+
+@pytest.mark.parametrize(
+    ("make", "state", "jump"),
+    [(stiff_reactor, 2, 1.0), (cooled_reactor, 1, 3.0), (car, 2, 3.0), (swinging_cart, 1, 3.0)],
+    ids=["stiff_reactor", "cooled_reactor", "car", "swinging_cart"],
+)
+def test_after_a_believed_jump_backends_judge_guesses_alike(make, state, jump):
+    problem, x, reference = make()
+    gate = InnovationGate(width=1.0, patience=0)
+    controllers = [rumo.RealTimeIteration(problem, backend=backend, gate=gate) for backend in BACKENDS]
+    x = np.array(x)
+    for k in range(12):
+        x[state] += jump if k == 3 else 0.0
+        plans = [controller.step(x, reference) for controller in controllers]
+        apart = (plans[1].u.values - plans[0].u.values) / problem.input_scales
+        assert np.abs(apart).max() < 1e-5, k
+        x = plans[0].x.values[1].copy()

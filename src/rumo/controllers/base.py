@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from rumo.checks import as_mapping, checked
 from rumo.controllers.arguments import Inputs, ReferenceWindow, decided_inputs
 from rumo.controllers.engines.base import Engine
-from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.explanation import Explanation, explain, local_error
 from rumo.controllers.settings import S, changed
 from rumo.errors import ArgumentError, FrozenError, ShapeError
@@ -114,7 +113,7 @@ class Controller(Sealed, Generic[S]):
         state = None if x is None else self.problem.model.states.finite_vector(x, "x")
         self._engine.reset(decided)
         if state is not None:
-            self._engine.start(self._at_rest(state, decided[-1]))
+            self._engine.rest(state)
 
     def engage(
         self, *, applied: Inputs, x: Values | None = None, plan: Plan | Mapping[str, ArrayLike] | None = None
@@ -133,7 +132,7 @@ class Controller(Sealed, Generic[S]):
         guess = None if plan is None else self._guess(plan)
         self.reset(x, applied)
         if guess is not None:
-            self._engine.start(guess)
+            self._engine.start(*guess)
 
     @property
     def applied(self) -> Array:
@@ -201,15 +200,8 @@ class Controller(Sealed, Generic[S]):
             raise FrozenError(f"{name} is one of the settings: write controller.configure({name}={value!r}).")
         super().__setattr__(name, value)
 
-    def _at_rest(self, x: Array, u: Array) -> Trajectory:
-        problem = self.problem
-        N, numbers = problem.horizon, problem.numbers
-        inputs = np.clip(np.tile(u, (N, 1)), numbers.input_lower, numbers.input_upper)
-        inner = np.tile(self._transcription.inner_between(x, x), (N, 1))
-        return Trajectory(inputs, np.tile(x, (N + 1, 1)), inner, resting=True)
-
-    def _guess(self, plan: Plan | Mapping[str, ArrayLike]) -> Trajectory:
-        """A trajectory of the user's, checked."""
+    def _guess(self, plan: Plan | Mapping[str, ArrayLike]) -> tuple[Array, Array]:
+        """States and inputs of the user's, checked."""
         problem = self.problem
         model, N = problem.model, problem.horizon
         parts = {"u": plan.u, "x": plan.x} if isinstance(plan, Plan) else as_mapping(plan, "plan")
@@ -224,7 +216,7 @@ class Controller(Sealed, Generic[S]):
                 raise ArgumentError(f"plan[{name!r}]", "NaN or infinity", "finite numbers")
             arrays.append(array)
         u, x = arrays
-        return Trajectory(u, x, self._transcription.inner_between(x[:-1], x[1:]), resting=True)
+        return x, u
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.problem!r})"

@@ -10,7 +10,6 @@ import numpy as np
 
 from rumo.controllers.arguments import ReferenceWindow, reference_window, tracked
 from rumo.controllers.engines.described import core_problem, core_settings, numbers_of
-from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.settings import Settings
 from rumo.errors import CallOrderError
 from rumo.kernel import NUMBERS, Build, Core, portable, tailored
@@ -54,9 +53,13 @@ class CoreEngine:
         self._core.reset()
         self._core.set_applied(applied)
 
-    def start(self, guess: Trajectory) -> None:
+    def rest(self, x: Array) -> None:
+        """See `Engine.rest`."""
+        self._core.rest(x)
+
+    def start(self, x: Array, u: Array) -> None:
         """See `Engine.start`."""
-        self._core.engage(np.ascontiguousarray(guess.x), np.ascontiguousarray(guess.u))
+        self._core.engage(np.ascontiguousarray(x), np.ascontiguousarray(u))
 
     @property
     def applied(self) -> Array:

@@ -160,7 +160,7 @@ class Ipopt(Method):
             "show_eval_warnings": False,
         }
 
-    def prepare(self, guess: Trajectory, applied: Array) -> bool:
+    def prepare(self, guess: Trajectory, applied: Array) -> float | None:
         """See `Method.prepare`; the guess is all there is to prepare."""
         if guess.resting:  # once after a reset, for the gate
             problem, functions = self.transcription.problem, self.transcription
@@ -169,7 +169,7 @@ class Ipopt(Method):
                 self._first_reach = near_reach(A[:, : guess.x.shape[1]], B[:, : guess.x.shape[1]], problem)
             except np.linalg.LinAlgError:
                 self._first_reach = None
-        return guess.finite
+        return 0.0 if guess.finite else None
 
     def solve(self, x: Array, window: Mapping[str, Array], guess: Trajectory, applied: Array) -> Candidate | None:
         """See `Method.solve`."""
