@@ -40,6 +40,7 @@ ROOMS = [
 MODULES = [
     path.relative_to(SOURCE) for path in sorted(SOURCE.rglob("*.py")) if path.parent != SOURCE or path.stem[0] != "_"
 ]
+NAMES = {path: ".".join(("rumo", *path.with_suffix("").parts)).removesuffix(".__init__") for path in MODULES}
 
 
 def room(path):
@@ -65,6 +66,24 @@ def test_imports_point_backwards(path):
     for other in imported_rooms(path):
         allowed = LEAVES if own in LEAVES else order[: order.index(own) + 1]
         assert other in allowed, f"{path} imports from {other}"
+
+
+def imported_modules(path):
+    """What a module loads when it is imported: of a package, a module of it or the package itself."""
+    for node in ast.parse((SOURCE / path).read_text()).body:
+        if isinstance(node, ast.ImportFrom) and node.module:
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                yield inner if inner in NAMES.values() else node.module
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+
+
+def test_no_modules_import_each_other():
+    waiting = {name: set(imported_modules(path)) & set(NAMES.values()) - {name} for path, name in NAMES.items()}
+    while free := {name for name, imports in waiting.items() if not imports & waiting.keys()}:
+        waiting = {name: imports for name, imports in waiting.items() if name not in free}
+    assert not waiting
 
 
 def test_a_controller_alone_loads_little():

@@ -23,12 +23,13 @@ from typing import Any
 
 from platformdirs import user_cache_path
 
-from rumo.kernel import _core
+from rumo.kernel._core import __file__ as extension
+from rumo.kernel._core import build as build_name
 from rumo.kernel.description import Description
 
 logger = logging.getLogger("rumo")
 
-SOURCES = Path(_core.__file__).parent / "core"
+SOURCES = Path(extension).parent / "core"
 PATIENCE = 120.0
 """Time that a compiler may take [s]."""
 SUFFIX = ".dll" if os.name == "nt" else ".so"
@@ -203,7 +204,7 @@ def _kept(library: Path) -> Build | None:
 def _load(library: Path) -> Build:
     loaded = ctypes.CDLL(str(library))
     table = ctypes.addressof(ctypes.c_char.in_dll(loaded, "rumo_core_tailored"))
-    _core.build(table)  # raises if it is of another version
+    build_name(table)  # raises if it is of another version
     return Build("tailored", table, loaded)
 
 
