@@ -7,18 +7,19 @@
 #include "base/dims.h"
 #include "guard/guard.h"
 #include "stages/stages.h"
-#include "solve/dense/dense.c"
 
-/* The solver of this build. */
-#define SOLVER dense_solver
-typedef dense solver_memory;
+/* The file that defines this build's solver, see solve/stage_solver.h. */
+#ifndef RUMO_SOLVER
+#define RUMO_SOLVER "solve/dense/dense.c"
+#endif
+#include RUMO_SOLVER
 
 struct rumo_controller {
     dims s;
     rumo_problem problem;
     rumo_settings settings;
     stage_maps stages;       /* the guess, and the horizon linearised there */
-    solver_memory solver;
+    solver_memory solving;
     stage_step step;         /* from the guess, as solved for; its constraints are the plan's */
     rumo_guard guard;        /* what is applied, whatever happened, and whether there is a guess */
 

@@ -2,6 +2,7 @@
 #ifndef RUMO_NUMBERS_C
 #define RUMO_NUMBERS_C
 
+#include "base/blocks.h"
 #include "base/copies.c"
 #include "controller.h"
 #include "rules.c"
@@ -81,9 +82,9 @@ RARE static rumo_fault update_numbers(rumo_controller *ctl, const rumo_numbers *
                        differ(fresh.move_weights, old->move_weights, s->n) ||
                        differ(fresh.constraint_scales, old->constraint_scales, s->nc);
     assign_rumo_numbers(old, &fresh, sizes);
-    SOLVER.renumber(&ctl->solver);
+    solver.renumber(&ctl->solving);
     if (given_parameters) take_parameters(ctl);
-    if (scales || prices || rows) SOLVER.forget(&ctl->solver);
+    if (scales || prices || rows) solver.forget(&ctl->solving);
     if (linear) ctl->prepared = 0;
     return no_fault;
 }

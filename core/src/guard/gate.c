@@ -9,8 +9,6 @@
 /* And only if the prediction has left them by more than this share of the gate's unit. */
 #define GATE_MOTION 1e-3
 
-static inline int gate_stages(const dims *s) { return s->N < s->d + RUMO_GATE_STAGES ? s->N : s->d + RUMO_GATE_STAGES; }
-
 /* Whether a measurement can be. Held back are samples outside a wide gate around the prediction, and samples that repeat
  * the one before in every state although the prediction has moved; both are believed when they go on for too long.
  *
