@@ -51,8 +51,8 @@ typedef struct stage_solver {
     void (*renumber)(void *); /* the problem's numbers are others, or known for the first time */
     void (*forget)(void *);   /* nothing of former solutions helps */
     /* All that needs no measurement, with what is kept of former solutions `shift` samples on, 0 or 1; 0 if there can be no
-     * solution. The stages' reach is filled in: a dense solver has it in its responses, a sweep of its own takes a fifth of
-     * a step. */
+     * solution. The stages' reach is filled in: a dense solver has it in its responses; without them a sweep back along the
+     * stages, as in controllers/engines/reach.py, takes as long as a quarter of a dense step. */
     int (*prepare)(void *, stage_maps *, int shift);
     /* From the stages prepared last, once or several times: OPTIMAL; BUDGET_EXCEEDED with the best step so far, admissible
      * for bounds and move bounds; or SOLVER_FAILED, which leaves no step. */
