@@ -98,6 +98,15 @@ class MoveBlocks(ABC):
         matrix[intervals, self.block_of] = 1.0 - self.shares()
         return matrix
 
+    def bounds(self, lower: Array, upper: Array) -> tuple[Array, Array]:
+        """Lower and upper bounds of each block's value (nb, nu): those (intervals, nu) of all it has a share in."""
+        intervals, blocks = np.nonzero(self.matrix[:, 1:])
+        shape = len(self.lengths), lower.shape[1]
+        lowest, highest = np.full(shape, -np.inf), np.full(shape, np.inf)
+        np.maximum.at(lowest, blocks, lower[intervals])
+        np.minimum.at(highest, blocks, upper[intervals])
+        return lowest, highest
+
     def values(self, u: Array) -> Array:
         """The blocks' values (nb, nu) that stand for inputs (intervals, nu)."""
         return np.add.reduceat(self.parts()[:, None] * u, self.first)

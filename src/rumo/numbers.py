@@ -138,4 +138,4 @@ def _fixed(array: Array) -> Array:
 
 
 def _squares(array: Array) -> Array:
-    return np.array([number**2 for number in array.tolist()])
+    return np.array([number**2 if number < 1e154 else np.inf for number in array.tolist()])

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from rumo.errors import ArgumentError
+from rumo.grid import MoveBlocks
 from rumo.model import Model
 from rumo.signals import Array, Signals
 from rumo.terms import BoundsLike, Constraint, as_limits
@@ -48,6 +49,7 @@ class Structure:
     model: Model
     shares: Array
     delay: int
+    blocks: MoveBlocks
     outputs: Signals
     output_rows: tuple[Any, ...]
     rows: tuple[Row, ...]
