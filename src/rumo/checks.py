@@ -11,12 +11,16 @@ from numpy.typing import NDArray
 from rumo.errors import ArgumentError, ShapeError, UnknownNameError
 
 T = TypeVar("T")
+LARGEST = 2**31 - 1
+"""The largest int that the C core takes."""
 
 
-def whole_number(value: object, argument: str, least: int) -> int:
-    """`value` as an int of at least `least`; anything else raises, naming `argument`."""
+def whole_number(value: object, argument: str, least: int, most: float = LARGEST) -> int:
+    """`value` as an int from `least` to `most`; anything else raises, naming `argument`."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
         raise ArgumentError(argument, repr(value), f"a whole number of at least {least}")
+    if value > most:
+        raise ArgumentError(argument, repr(value), f"a whole number of at most {most}")
     return int(value)
 
 

@@ -96,7 +96,7 @@ class Scenario:
         dt = checked(self.problem, "problem", Problem).sampling_time
         if not dt <= self.duration < np.inf:
             raise ArgumentError("duration", f"{self.duration!r}", f"at least one sampling time of {dt:g} s, finite")
-        whole_number(self.seed, "seed", 0)
+        whole_number(self.seed, "seed", 0, most=np.inf)
         as_reference(self.reference)
         checked(self.sensors, "sensors", Sensors)
         if isinstance(self.estimator, type):

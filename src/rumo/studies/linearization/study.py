@@ -206,7 +206,7 @@ class LinearizationStudy(Study):
             for value in as_list(values, argument, "at least one value"):
                 if not np.isfinite(SWEEPS[name].check(value, argument)):
                     raise ArgumentError(argument, repr(value), "a finite number")
-        whole_number(self.seed, "seed", 0)
+        whole_number(self.seed, "seed", 0, most=np.inf)
         sample = self.base.sampling_time
         if not 2.0 * sample <= self.duration < np.inf:
             raise ArgumentError("duration", f"{self.duration:g} s", f"at least two samples of {sample:g} s")
