@@ -53,9 +53,8 @@ if TYPE_CHECKING:
     from rumo.simulation.loop import ClosedLoop
     from rumo.simulation.plant import Plant
     from rumo.simulation.recorder import Recorder
-    from rumo.simulation.run import simulate
+    from rumo.simulation.run import Scenario, simulate
     from rumo.simulation.sample import Sample
-    from rumo.simulation.scenario import Scenario
     from rumo.simulation.sensors import Sensors
 
 __all__ = [

@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -65,6 +66,21 @@ def test_imports_point_backwards(path):
     for other in imported_rooms(path):
         allowed = LEAVES if own in LEAVES else order[: order.index(own) + 1]
         assert other in allowed, f"{path} imports from {other}"
+
+
+def imported_modules(path):
+    """Modules whose names another module is about to look up, wherever in its text."""
+    known = {".".join(["rumo", *other.with_suffix("").parts]) for other in MODULES if other.stem != "__init__"}
+    for node in ast.walk(ast.parse((SOURCE / path).read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            yield from {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)} & known
+
+
+def test_no_import_circles():
+    """Imports within functions count as well; but a study and its report, which takes long to load, know each other."""
+    modules = {".".join(["rumo", *path.with_suffix("").parts]): path for path in MODULES if room(path) != "studies"}
+    graph = {module: set(imported_modules(path)) for module, path in modules.items()}
+    TopologicalSorter(graph).prepare()  # raises for a circle, and names it
 
 
 def test_a_controller_alone_loads_little():

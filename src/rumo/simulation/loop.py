@@ -20,7 +20,7 @@ from rumo.simulation.actuators import Actuators
 from rumo.simulation.faults import Fault
 from rumo.simulation.foreign import as_plant
 from rumo.simulation.sample import Sample
-from rumo.simulation.scenario import Scenario
+from rumo.simulation.scenario import ScenarioData
 from rumo.simulation.sensors import RunningSensors, known_observer, require_same_units
 
 
@@ -51,8 +51,10 @@ class ClosedLoop:
         If names, units or shapes don't fit together.
     """
 
-    def __init__(self, scenario: Scenario, controller: Controller | None = None) -> None:
-        self.scenario = checked(scenario, "scenario", Scenario)
+    def __init__(self, scenario: ScenarioData, controller: Controller | None = None) -> None:
+        if not isinstance(scenario, ScenarioData):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise ArgumentError("scenario", repr(scenario), "a rumo.Scenario")
+        self.scenario = scenario
         self.controller = (
             scenario.make_controller() if controller is None else checked(controller, "controller", Controller)
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
@@ -21,7 +22,7 @@ from rumo.simulation.foreign import PlantLike
 from rumo.simulation.loop import ClosedLoop
 from rumo.simulation.plant import Plant
 from rumo.simulation.recorder import Recorder
-from rumo.simulation.scenario import Scenario
+from rumo.simulation.scenario import ScenarioData
 from rumo.simulation.sensors import Sensors
 from rumo.simulation.wind import Disturbance
 
@@ -38,12 +39,84 @@ def record(loop: ClosedLoop, progress: Callable[[int, int], None] | None = None)
                 recorder.record(sample)
                 if progress is not None:
                     progress(sample.index + 1, len(loop))
-        return recorder.log()
     except PlantError as error:
         error.log = recorder.log()
         raise
     except KeyboardInterrupt:
         raise Interrupted(recorder.log()) from None
+    return recorder.log()
+
+
+@dataclass(frozen=True)
+class Scenario(ScenarioData):
+    """A run before it is run: who controls what, what is wanted, and what gets in the way.
+
+    It is data: it can be copied, changed with `dataclasses.replace`, and sent to another process, as long as what it is
+    made of can. A lambda cannot; `rumo.references` has references that can.
+
+    Parameters
+    ----------
+    problem : Problem
+        What the controller solves.
+    plant : Model, Plant, PlantLike or str
+        What is controlled; a `Plant` where tolerances or scales matter, or a name in `rumo.registry.MODELS`. Its inputs
+        include the controller's, further ones stay 0.
+    x : mapping or sequence, (plant nx,)
+        Initial state of the plant.
+    reference : Reference, callable, or mapping of str to float
+        What lies ahead; times (n,) [s] -> signal -> values (n,); or values to be held.
+    duration : float
+        [s].
+    controller : str or type
+        Name in `rumo.registry.CONTROLLERS`, or a class of yours.
+    settings : object, optional
+        Of the controller; its defaults if not given.
+    discretization : Discretization or str, optional
+        Of the controller: a scheme, or a name in `rumo.registry.DISCRETIZATIONS`; implicit Euler if not given.
+    backend : str, optional
+        Of the real-time iteration.
+    applied : mapping, or array_like (nu,) or (max(delay, 1), nu), optional
+        Inputs decided before the start; the safe input if not given.
+    sensors : Sensors
+        What is measured, and how well; the controller's states, exactly, if not given.
+    estimator : Estimator, optional
+        From measurements to the state that the controller is told; measured states pass unchanged without one.
+    disturbances : mapping of str to Disturbance
+        Parameters of the plant that vary with time, such as the wind.
+    faults : tuple of Fault
+        What goes wrong. Those of the same samples act in this order.
+    seed : int
+        Of noise and disturbances: the same seed gives the same run.
+
+    Raises
+    ------
+    ArgumentError
+        If a value cannot work. What needs plant and controller is checked when there is a loop.
+    """
+
+    def run(
+        self, controller: Controller | None = None, progress: Callable[[int, int], None] | None = None
+    ) -> xr.Dataset:
+        """Run it, and return the log.
+
+        Parameters
+        ----------
+        controller : Controller, optional
+            One that is there already, to save setting it up again; it is reset first.
+        progress : callable, optional
+            Called with (samples done, all samples).
+
+        Returns
+        -------
+        xarray.Dataset
+            See the page on logs.
+
+        Raises
+        ------
+        PlantError, Interrupted
+            If the plant cannot be integrated, or Ctrl-C came; their `log` has the run so far.
+        """
+        return record(ClosedLoop(self, controller), progress)
 
 
 def simulate(
