@@ -15,6 +15,13 @@ Array = NDArray[np.floating[Any]]
 Values = Mapping[str, float] | Sequence[float] | ArrayLike
 
 
+def read_only(values: ArrayLike) -> Array:
+    """A copy as floats that cannot be written to: whoever has it may keep it."""
+    array = np.array(values, dtype=float)
+    array.flags.writeable = False
+    return array
+
+
 class Signals:
     """An ordered, immutable set of signal names, each with a unit.
 

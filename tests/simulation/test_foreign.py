@@ -90,6 +90,28 @@ def test_mistakes(changes, message):
         list(ClosedLoop(run(plant)))
 
 
+@pytest.mark.parametrize(
+    ("units", "sensors"),
+    [
+        ({"states": {"angle": "rad", "rate": "deg/s"}}, rumo.Sensors(measured=("angle",))),
+        ({"outputs": {"height": "cm"}}, rumo.Sensors()),
+    ],
+)
+def test_units_are_compared_of_what_nobody_measures_too(units, sensors):
+    base = pendulum().model
+    model = rumo.Model(
+        dict(zip(base.states, base.states.units, strict=True)),
+        {"torque": "N m"},
+        lambda x, u, p: {"angle": x.rate, "rate": u.torque},
+        outputs={"height": rumo.Output("m", lambda x, u, p: x.angle**2)},
+    )
+    problem = pendulum(model=model, track={"height": rumo.Weight(1.0)})
+    plant = Simulator()
+    vars(plant).update(units)
+    with pytest.raises(rumo.ArgumentError, match=r"plant: got '\w+' in (deg/s|cm), expected the controller's unit"):
+        ClosedLoop(Scenario(problem, plant, [0.3, 0.0], {"height": 0.1}, 0.5, sensors=sensors))
+
+
 def test_a_class_is_no_plant():
     with pytest.raises(rumo.ArgumentError, match=r"plant: got <class .*expected a rumo.Model, or anything with states"):
         as_plant(Simulator, 0.05)

@@ -50,7 +50,11 @@ class RunningEstimator(Protocol):
 
 
 class Estimator(Protocol):
-    """Settings of an estimator."""
+    """Settings of an estimator.
+
+    One that takes late measurements for what they are has a mapping `late` from their names to samples, like
+    `ExtendedKalman`; a loop refuses late sensors without.
+    """
 
     def start(self, problem: Problem, measured: Sequence[str] | None = None) -> RunningEstimator:
         """Return an estimator without memory.

@@ -24,8 +24,8 @@ class Preview:
     signals : mapping of str to float or array_like (N + 1,)
         Wanted outputs, from now to the end of the horizon; a number is held.
     parameters : mapping of str to float or array_like (N,)
-        Parameters of the controller's model on each interval: curvature, friction or wind ahead. Empty where the
-        reference knows of none; the controller's are left as they are then.
+        Parameters of the controller's model on each interval: curvature, friction or wind ahead. Those not named are
+        the controller's own.
     """
 
     signals: Mapping[str, ArrayLike]

@@ -18,7 +18,7 @@ from rumo.model import Model
 from rumo.problem import Problem
 from rumo.references import ReferenceLike, as_reference
 from rumo.registry import CONTROLLERS, DISCRETIZATIONS
-from rumo.signals import Values
+from rumo.signals import Signals, Values
 from rumo.simulation.faults import Fault
 from rumo.simulation.foreign import PlantLike
 from rumo.simulation.plant import Plant
@@ -60,6 +60,7 @@ class ScenarioData:
             raise ArgumentError("faults", repr(self.faults), "a tuple such as (Missing(when=range(10, 15)),)")
         for fault in self.faults:
             checked(fault, "faults", Fault)
+        self._check_faults()
         self._controller_class()
 
     @property
@@ -81,6 +82,14 @@ class ScenarioData:
                 raise UnknownNameError("discretization", scheme, DISCRETIZATIONS)
             scheme = DISCRETIZATIONS[scheme]()
         return kind(self.problem, scheme, **options)
+
+    def _check_faults(self) -> None:
+        """Raise for a fault of a signal that there is not."""
+        model = self.problem.model
+        names = model.states.names if self.sensors.measured is None else self.sensors.measured
+        measured = Signals(dict.fromkeys(names, "as the plant says"), "measured")
+        for fault in self.faults:
+            fault.check(measured, model.inputs)
 
     def _controller_class(self) -> type[Controller]:
         kind = self.controller
