@@ -132,7 +132,15 @@ def test_show_draws_limits_that_are_near(shown):
     log = rumo.simulate(controller, controller.problem.model, [0.1, 0.0], {"angle": 0.5}, 1.0)
     axes, _ = shown(log)
     drawn = {float(line.get_ydata()[0]) for line in axes["torque"].lines if line.get_label() == "Limit"}
-    assert drawn <= {float(log.input_lower[0]), float(log.input_upper[0])}
+    assert drawn <= {float(log.input_lower[0, 0]), float(log.input_upper[0, 0])}
+
+
+def test_show_draws_limits_that_change(shown):
+    controller = rumo.RealTimeIteration(pendulum())
+    log = rumo.simulate(controller, controller.problem.model, [0.1, 0.0], {"angle": 0.5}, 0.5)
+    log["input_upper"][5:] = 1.0
+    line = next(line for line in shown(log)[0]["torque"].lines if line.get_label() == "Limit")
+    assert line.get_ydata().tolist() == [2.0] * 5 + [1.0] * 5
 
 
 def test_a_signal_that_stays_at_zero_fills_no_panel_with_rounding(shown):

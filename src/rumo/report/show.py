@@ -170,8 +170,12 @@ def _limited(panel: _Panel, log: xr.Dataset, dim: str, name: str) -> _Panel:
     found = [
         f"{dim}_{side}" for side in ("lower", "upper") if f"{dim}_{side}" in log.coords and name in names(log, dim)
     ]
-    values = [float(log[side].sel({dim: name})) for side in found]
-    panel.limits = tuple(value for value in values if np.isfinite(value))
+    for side in found:
+        values = log[side].sel({dim: name}).to_numpy()
+        if len(np.unique(values)) > 1:
+            panel.curves.append(_Curve("Limit", np.where(np.isinf(values), np.nan, values), LIMIT, steps=True))
+        elif np.isfinite(values).all():
+            panel.limits += (float(values.flat[0]),)
     return panel
 
 

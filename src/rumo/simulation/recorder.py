@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -13,6 +13,7 @@ from rumo.checks import checked
 from rumo.controllers import Controller
 from rumo.errors import ShapeError, UnknownNameError
 from rumo.interrupts import interruptible
+from rumo.numbers import ProblemNumbers
 from rumo.plan import Plan
 from rumo.problem import Problem
 from rumo.signals import Array, NamedArray, Signals, Values
@@ -119,6 +120,7 @@ class Recorder:
         told = row["received"] if estimated is None else estimated
         row["estimated"] = self._vector(signals["state"], told, "estimated")
         row["parameters"] = others.pop("parameters", self._controller.parameters)
+        row["numbers"] = self._controller.problem.numbers
         for name, values in others.items():
             row[name] = self._vector(signals[VARIABLES[name][0][-1]], values, name)
         self._rows.append(row | _of_plan(plan))
@@ -141,6 +143,7 @@ class Recorder:
             true_states=sample.states,
             true_outputs=sample.outputs,
         )
+        self._rows[-1]["numbers"] = sample.numbers
 
     def log(self) -> xr.Dataset:
         """Everything recorded, dimensions named, units in attributes and in a `..._unit` coordinate."""
@@ -151,7 +154,7 @@ class Recorder:
         columns = {name: self._stacked(name, dims) for name, (dims, _) in VARIABLES.items()}
         with interruptible():
             self._complete(columns)
-            lower, upper = state_limits(problem)
+            limits = limits_at(problem, [row["numbers"] for row in self._rows])
         data: dict[str, Any] = {}
         for name, (dims, meaning) in VARIABLES.items():
             attributes = {"long_name": meaning}
@@ -168,10 +171,9 @@ class Recorder:
         for dim, names in self._signals.items():
             coordinates[dim] = (dim, np.array(names.names, dtype=str))
             coordinates[f"{dim}_unit"] = (dim, np.array(names.units, dtype=str))
-        limits = {"input": (problem.input_lower, problem.input_upper), "state": (lower, upper)}
-        for dim, values in limits.items():
-            for side, numbers in zip(("lower", "upper"), values, strict=True):
-                coordinates[f"{dim}_{side}"] = (dim, numbers, {"units": _unit_list(self._signals[dim])})
+        for dim, sides in limits.items():
+            for side, values in zip(("lower", "upper"), sides, strict=True):
+                coordinates[f"{dim}_{side}"] = (("time", dim), values, {"units": _unit_list(self._signals[dim])})
         plant_name = self._plant.name if self._plant else "a plant"
         attributes = {
             "title": f"{plant_name} under {self._controller.name}",
@@ -197,7 +199,7 @@ class Recorder:
         estimated, _ = evaluate(columns["estimated"].T, before, parameters)
         computed, constraints = evaluate(columns["true_states"].T, before, parameters)
         columns["estimated_outputs"] = estimated.full().T
-        columns["true_constraints"] = constraints.full().T
+        columns["true_constraints"] = constraints.full().T - np.array([row["numbers"].limits[0] for row in self._rows])
         true = columns["true_outputs"]
         columns["true_outputs"] = np.where(np.isnan(true), computed.full().T, true)
 
@@ -244,30 +246,37 @@ def _of_plan(plan: Plan | None) -> dict[str, Any]:
 
 
 def outputs_and_constraints(problem: Problem) -> ca.Function:
-    """`(x, u, p) -> y, G`: tracked outputs, and path constraints less their next limits.
+    """`(x, u, p) -> y, G`: tracked outputs, and path constraints without their limits.
 
     NaN where they depend on algebraic variables.
     """
     model = problem.model
-    now = [item.expression - item.limits[0] for item in problem.constraints]
-    rows = [ca.vertcat(*problem.output_rows), ca.vertcat(ca.SX(0, 1), *now)]
+    expressions = [item.expression for item in problem.constraints]
+    rows = [ca.vertcat(*problem.output_rows), ca.vertcat(ca.SX(0, 1), *expressions)]
     if len(model.algebraic):
         unknown = ca.SX(ca.DM.nan(len(model.algebraic)))
         rows = [ca.substitute(row, model.z, unknown) for row in rows]
     return ca.Function("now", [model.x, model.u, model.p], rows)
 
 
-def state_limits(problem: Problem) -> tuple[Array, Array]:
-    """Lower and upper bounds of the states (nx,), infinite where there is none."""
-    model = problem.model
-    lower, upper = np.full(len(model.states), -np.inf), np.full(len(model.states), np.inf)
-    for item in problem.constraints:
+def limits_at(problem: Problem, numbers: Sequence[ProblemNumbers]) -> dict[str, tuple[Array, Array]]:
+    """Lower and upper bounds with the numbers of each sample: of the input that is computed, and of the states next.
+
+    Arrays (K, nu) and (K, nx) under "input" and "state", infinite where there is no bound.
+    """
+    model, K = problem.model, len(numbers)
+    shape = K, len(model.inputs)
+    lower, upper = np.full((K, len(model.states)), -np.inf), np.full((K, len(model.states)), np.inf)
+    limits = np.array([now.limits[0] for now in numbers]).reshape(K, len(problem.constraints))
+    for item, limit in zip(problem.constraints, limits.T, strict=True):
         for i in range(len(model.states)):
             if ca.is_equal(item.expression, model.x[i]):
-                upper[i] = min(upper[i], item.limits[0])
+                upper[:, i] = np.minimum(upper[:, i], limit)
             elif ca.is_equal(item.expression, -model.x[i], 1):
-                lower[i] = max(lower[i], -item.limits[0])
-    return lower, upper
+                lower[:, i] = np.maximum(lower[:, i], -limit)
+    least = np.array([now.input_lower[problem.delay] for now in numbers]).reshape(shape)
+    most = np.array([now.input_upper[problem.delay] for now in numbers]).reshape(shape)
+    return {"input": (least, most), "state": (lower, upper)}
 
 
 def _unit_list(signals: Signals) -> str:

@@ -66,7 +66,7 @@ def _trajectory(key: str, title: str, logs: Mapping[str, xr.Dataset], until: flo
 
 def _input(name: str, title: str, unit: str, logs: Mapping[str, xr.Dataset]) -> Chart:
     first = next(iter(logs.values()))
-    limits = first[["input_lower", "input_upper"]].sel(input=name)
+    limits = first[["input_lower", "input_upper"]].sel(input=name).isel(time=0)
     lower, upper = float(limits["input_lower"]), float(limits["input_upper"])
     lines = [
         Line(label(key), log["time"].to_numpy(), signal(log, "applied", name), look(key), steps=True)
