@@ -83,3 +83,24 @@ def test_a_swallowed_interrupt_is_not_forgotten(tmp_path, monkeypatch):
     assert content["complete"] is False
     assert content["sweeps"]["speed"]["values"] == [8.0]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_what_was_driven_before_an_error_is_kept(tmp_path, monkeypatch):
+    from rumo.cli.sequence import run_study
+    from rumo.references import SinePath
+    from rumo.references.base import OfTime
+    from rumo.simulation import load
+    from rumo.studies import PaperStudy
+
+    looks = iter(range(3))
+
+    def preview(path, times, x):
+        if next(looks, None) is None:
+            raise RuntimeError("no more")
+        return OfTime.preview(path, times, x)
+
+    monkeypatch.setattr(SinePath, "preview", preview)
+    with pytest.raises(RuntimeError, match="no more"):
+        run_study(PaperStudy(("rti",), duration=0.4), tmp_path, quiet=True)
+    log = load(tmp_path / "log-rti.nc")
+    assert (log.sizes["time"], log.attrs["complete"]) == (3, "no")

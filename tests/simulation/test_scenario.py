@@ -11,7 +11,7 @@ import xarray as xr
 from problems import pendulum
 
 import rumo
-from rumo.estimation import Butterworth, ExtendedKalman
+from rumo.estimation import Butterworth, Estimate, ExtendedKalman
 from rumo.references import Following, Preview, Sampled, Sine, SinePath
 from rumo.simulation import ClosedLoop, Gust, OrnsteinUhlenbeck, Plant, Scenario, Sensors, faults
 from rumo.simulation.log import load, save
@@ -131,6 +131,80 @@ def test_failures_come_back_with_their_log(tmp_path):
     xr.testing.assert_identical(load(save(again.log, tmp_path / "run.nc")), again.log)
 
 
+class Tiring:
+    """Does what it is, until it has had enough: a reference, an estimator, a plant."""
+
+    states, inputs = {"angle": "rad", "rate": "rad/s"}, {"torque": "N m"}
+
+    def __init__(self, patience=3):
+        self.patience = patience
+
+    def tire(self, result):
+        self.patience -= 1
+        if self.patience < 0:
+            raise ZeroDivisionError("enough")
+        return result
+
+    def preview(self, times, x):
+        return self.tire(Preview({"angle": 0.0}))
+
+    def start(self, problem, measured=None):
+        return self
+
+    def update(self, measured, applied, parameters):
+        return self.tire(Estimate(measured))
+
+    def advance(self, x, u, p):
+        return self.tire(x)
+
+
+class Spoiling(faults.Fault):
+    def sense(self, received, past, bad, signals):
+        raise ZeroDivisionError("enough")
+
+
+@pytest.mark.parametrize(
+    ("changes", "samples"),
+    [
+        ({"reference": Tiring()}, 3),
+        ({"estimator": Tiring()}, 3),
+        ({"plant": Tiring(), "disturbances": {}}, 4),
+        ({"faults": (Spoiling(range(3, 4)),)}, 3),
+    ],
+)
+def test_whatever_is_raised_comes_with_the_log_so_far(changes, samples):
+    with pytest.raises(ZeroDivisionError, match="enough") as caught:
+        scenario(**changes).run()
+    assert caught.value.log.sizes["time"] == samples
+    assert caught.value.log.attrs["complete"] == "no"
+    assert "complete" not in scenario().run().attrs
+
+
+class Careless:
+    """An estimator that works on what it is given, and hands out its own memory."""
+
+    def start(self, problem, measured=None):
+        self.x = np.zeros(2)
+        return self
+
+    def update(self, measured, applied, parameters):
+        measured *= 2.0
+        self.x += 0.1
+        return Estimate(self.x)
+
+
+def test_estimators_may_work_in_place():
+    for k, sample in enumerate(list(ClosedLoop(scenario(estimator=Careless(), faults=(), sensors=Sensors())))):
+        np.testing.assert_array_equal(sample.measured, sample.plant)
+        np.testing.assert_allclose(sample.estimated, 0.1 * (k + 1))
+
+
+def test_samples_cannot_be_written_to():
+    for sample in ClosedLoop(scenario()):
+        for name in ("plant", "measured", "received", "estimated", "applied", "disturbance", "states", "outputs"):
+            assert not getattr(sample, name).values.flags.writeable, name
+
+
 def test_names_are_looked_up():
     problem = pendulum(
         model=rumo.registry.MODELS["van_der_pol"](),
@@ -176,6 +250,19 @@ def test_classes_of_ones_own_control():
         ({"sensors": Sensors(measured=("angle",))}, "noise: got 'rate', expected one of angle"),
         ({"reference": lambda t: {"angel": 0.0 * t}}, r"reference: got 'angel', .* Did you mean 'angle'\?"),
         ({"reference": {"angel": 0.0}}, r"reference: got 'angel', .* Did you mean 'angle'\?"),
+        (
+            {"sensors": Sensors(late={"angle": 2}), "estimator": None},
+            r"sensors.late\['angle'\]: got 2, expected the 0 sam",
+        ),
+        (
+            {"sensors": Sensors(late={"angle": 2}), "estimator": Butterworth()},
+            "got 2, expected the 0 samples that the est",
+        ),
+        ({"sensors": Sensors(late={"angle": 2})}, r"got 2, expected the 0 .*ExtendedKalman\(late={...}\) takes late"),
+        (
+            {"estimator": ExtendedKalman({}, {}, late={"angle": 1})},
+            r"sensors.late\['angle'\]: got 0, expected the 1 sam",
+        ),
         ({"problem": 3}, "problem: got 3, expected a rumo.Problem"),
     ],
 )

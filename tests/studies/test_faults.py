@@ -117,7 +117,21 @@ def test_a_controller_that_raises_is_a_result(monkeypatch):
     assert content["exception"] == "ZeroDivisionError: no"
     assert content["largest_error_m"] is None
     json.dumps(content, allow_nan=False)
-    assert faults_table(summary(study, drives)["controllers"]["rti"]).rows[1] == ["A bomb", "-", "1", "-", "-", ""]
+    row = faults_table(summary(study, drives)["controllers"]["rti"]).rows[1]
+    assert row == ["A bomb", "0", "1", "-", "-", "75\u00a0OPTIMAL"]
+    assert drives["rti"]["bomb"].log.sizes["time"] == study.bad.start
+
+
+def test_an_interrupted_drive_says_when_its_fault_was():
+    def progress(done, _):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    study = FaultStudy(("rti",), ("nan",))
+    with pytest.raises(KeyboardInterrupt) as caught:
+        study.runs()["rti", "nan"].run(progress=progress)
+    attributes = {"fault": "NaN in a state", "first_bad_sample": study.bad.start, "bad_samples": 5, "complete": "no"}
+    assert caught.value.log.attrs.items() >= attributes.items()
 
 
 def test_bad_commands_and_late_recovery_are_counted(drives):

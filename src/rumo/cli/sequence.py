@@ -70,12 +70,10 @@ def _results(study: Study, folder: Path, told: Told) -> tuple[dict[Key, Any], Ba
                 keep(key, getattr(result, "log", result))
                 results[key] = result
         except (Exception, KeyboardInterrupt) as stopped:
+            # What was driven so far is kept as well.
+            keep(next((key for key in runs if key not in results), ()), getattr(stopped, "log", None))
             if not (interrupt.seen or isinstance(stopped, PlantError | KeyboardInterrupt)):
                 raise
-            # What was driven so far is kept as well.
-            log = getattr(stopped, "log", None)
-            if log is not None:
-                keep(next(key for key in runs if key not in results), log.assign_attrs(complete="no"))
             return results, stopped if isinstance(stopped, PlantError) and not interrupt.seen else KeyboardInterrupt()
     return results, None
 

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from rumo.checks import checked
 from rumo.controllers import Controller
-from rumo.errors import PlantError
 from rumo.estimation import Estimator
 from rumo.interrupts import Interrupted
 from rumo.model import Model
@@ -39,11 +38,13 @@ def record(loop: ClosedLoop, progress: Callable[[int, int], None] | None = None)
                 recorder.record(sample)
                 if progress is not None:
                     progress(sample.index + 1, len(loop))
-    except PlantError as error:
-        error.log = recorder.log()
+    except BaseException as error:
+        log = recorder.log().assign_attrs(complete="no")
+        if isinstance(error, KeyboardInterrupt):
+            raise Interrupted(log) from None
+        vars(error)["log"] = log
+        error.add_note("The run until then is the attribute log of this exception.")
         raise
-    except KeyboardInterrupt:
-        raise Interrupted(recorder.log()) from None
     return recorder.log()
 
 
@@ -113,8 +114,9 @@ class Scenario(ScenarioData):
 
         Raises
         ------
-        PlantError, Interrupted
-            If the plant cannot be integrated, or Ctrl-C came; their `log` has the run so far.
+        Exception
+            Whatever a part of it raises: `PlantError` if the plant cannot be integrated, `Interrupted` on Ctrl-C. Its
+            `log` has the run so far, with `complete="no"` among the attributes.
         """
         return record(ClosedLoop(self, controller), progress)
 
@@ -176,10 +178,8 @@ def simulate(
     ------
     ArgumentError
         If names or shapes don't fit.
-    PlantError
-        If the plant cannot be integrated; its `log` has the run so far.
-    Interrupted
-        A KeyboardInterrupt, on Ctrl-C; its `log` has the run so far.
+    Exception
+        Whatever a part of the run raises, see `Scenario.run`.
     """
     scenario = Scenario(
         checked(controller, "controller", Controller).problem,

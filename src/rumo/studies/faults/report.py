@@ -78,6 +78,7 @@ def outcome(drive: Drive) -> dict[str, Any]:
         nothing = dict.fromkeys(("bad_commands", "largest_error_m", "samples_to_recover"))
         return nothing | exceptions | {"status_counts": {}}
     first, end = _bad(log)
+    errors = tracking_error(log)[first:]
     commands = log["commanded"].to_numpy()
     within = (commands >= log["input_lower"].to_numpy()) & (commands <= log["input_upper"].to_numpy())
     statuses = [str(status) for status in log["status"].to_numpy()]
@@ -85,7 +86,7 @@ def outcome(drive: Drive) -> dict[str, Any]:
     recovery = unsolved[-1] + 2 if unsolved else 1
     return {
         "bad_commands": int((~within.all(axis=1)).sum()),
-        "largest_error_m": float(tracking_error(log)[first:].max(initial=0.0)),
+        "largest_error_m": float(errors.max()) if errors.size else None,
         "samples_to_recover": recovery if recovery <= len(statuses) - end else None,
         **exceptions,
         "status_counts": dict(Counter(statuses)),

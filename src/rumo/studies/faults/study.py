@@ -11,7 +11,8 @@ import numpy as np
 from rumo.checks import known_names, whole_number
 from rumo.controllers import Controller, InnovationGate
 from rumo.controllers.settings import WIDE_GATE
-from rumo.errors import ArgumentError, PlantError
+from rumo.errors import ArgumentError
+from rumo.interrupts import Interrupted
 from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
 from rumo.report.contents import Report
@@ -70,9 +71,10 @@ class Drive:
     Attributes
     ----------
     log : Dataset or None
-        None if the controller raised. Its attributes `first_bad_sample` and `bad_samples` say when the fault was.
+        Until something was raised, if anything was; None if there was not even a controller. Its attributes
+        `first_bad_sample` and `bad_samples` say when the fault was.
     exception : str or None
-        What was raised, if anything was.
+        What was raised.
     """
 
     log: xr.Dataset | None
@@ -181,13 +183,15 @@ class FaultRun:
         try:
             controller = shared_controller(_controller, self.scenario.controller, self.scenario.problem, self.gate)
             log = self.scenario.run(controller, progress)
-        except PlantError as error:
-            log, exception = error.log, f"PlantError: {error}"
+        except Interrupted as interrupt:
+            interrupt.log = self._named(interrupt.log)
+            raise
         except Exception as error:
-            log, exception = None, f"{type(error).__name__}: {error}"
-        if log is not None:
-            log = log.assign_attrs(fault=self.title, first_bad_sample=self.bad.start, bad_samples=len(self.bad))
-        return Drive(log, exception)
+            log, exception = getattr(error, "log", None), f"{type(error).__name__}: {error}"
+        return Drive(None if log is None else self._named(log), exception)
+
+    def _named(self, log: xr.Dataset) -> xr.Dataset:
+        return log.assign_attrs(fault=self.title, first_bad_sample=self.bad.start, bad_samples=len(self.bad))
 
 
 def _controller(name: str, problem: Problem, gate: InnovationGate | None) -> Controller:
