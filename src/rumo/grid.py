@@ -161,7 +161,7 @@ def stages_of(grid: Grid | None, horizon: int, sampling_time: float, delay: int)
             f"{len(ahead)} of the sampling time, {sampling_time:g} s",
             "Inputs of the first intervals are applied for a sampling time each: see Grid.geometric(equal=...).",
         )
-    steps[: delay + 1] = sampling_time
+    steps[np.isclose(steps, sampling_time, rtol=1e-9, atol=0.0)] = sampling_time
     return steps, np.concatenate([[0.0], np.cumsum(steps)])
 
 

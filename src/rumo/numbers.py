@@ -13,7 +13,7 @@ from rumo.structure import Structure
 from rumo.terms import Penalty
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ProblemNumbers:
     """The numbers of a problem; arrays that cannot be written to.
 
@@ -99,7 +99,7 @@ class ProblemNumbers:
         return _fixed(self.prices[1] * self.stakes / _squares(self.constraint_scales))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PathConstraint:
     """A path constraint with its numbers, `expression <= limits`.
 

@@ -14,7 +14,7 @@ from rumo.signals import Array, Signals
 from rumo.terms import BoundsLike, Constraint, as_limits
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Row:
     """A path constraint `expression <= limit` without its numbers.
 
@@ -33,7 +33,7 @@ class Row:
     side: int = 1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Structure:
     """What a problem is made of, without its numbers.
 

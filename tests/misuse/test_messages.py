@@ -10,9 +10,9 @@ from problems import pendulum
 
 import rumo
 from rumo.estimation import Butterworth
-from rumo.references import SinePath
+from rumo.references import Following, Sine, SinePath
 from rumo.registry import CONTROLLERS, MODELS
-from rumo.simulation import Gust, OrnsteinUhlenbeck, Plant, Sensors
+from rumo.simulation import Constant, Gust, OrnsteinUhlenbeck, Plant, Sensors
 from rumo.vehicles import PAPER_CAR, four_wheel
 
 W = rumo.Weight
@@ -407,6 +407,11 @@ def test_a_controller_needs_a_problem():
         (lambda: rumo.NlpSettings(max_wall_time=0.0), "NlpSettings.max_wall_time: got 0.0, expected a positive"),
         (lambda: Gust(1.0, 2.0, start=0.0, duration=0.0), "duration: got 0.0, expected a positive finite number"),
         (lambda: OrnsteinUhlenbeck(1.0, 2.0, 0.0), "correlation_time: got 0.0, expected a positive finite number"),
+        (lambda: SinePath(amplitude="3"), "amplitude: got '3', expected a finite number"),
+        (lambda: SinePath(vehicle=3), "vehicle: got 3, expected what knows its rolling"),
+        (lambda: Sine("angle", 0.0, np.nan, 1.0), "amplitude: got nan, expected a finite number"),
+        (lambda: Following(3), "path: got 3, expected a function of times such as SinePath"),
+        (lambda: Following(SinePath(), ()), "position: got no names, expected some such as"),
         (lambda: SinePath(wavelength=0.0), "wavelength: got 0.0, expected a positive finite number"),
     ],
 )
@@ -468,7 +473,10 @@ SIMULATION_MISTAKES = {
         {"sensors": Sensors({"angle": -0.1})},
         "noise['angle']: got -0.1, expected a standard deviation",
     ),
-    "unknown disturbance": ({"disturbances": {"wind": None}}, "disturbances: got 'wind', expected one of gravity."),
+    "unknown disturbance": (
+        {"disturbances": {"wind": Constant(2.0)}},
+        "disturbances: got 'wind', expected one of gravity.",
+    ),
 }
 
 

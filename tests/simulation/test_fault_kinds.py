@@ -234,7 +234,7 @@ def test_a_fault_of_ones_own():
         (lambda: Missing((2.0, 1.0)), r"when: got \(2.0, 1.0\), expected a start of at least 0 s, and an end after"),
         (lambda: LateCommand(range(2), by=0), "by: got 0, expected a whole number of at least 1"),
         (lambda: Budget(range(2), iterations=-1), "iterations: got -1, expected a whole number"),
-        (lambda: scenario(faults=[Missing(range(2))]), r"faults: got \[Missing.*expected a tuple"),
+        (lambda: scenario(faults=Missing(range(2))), r"faults: got Missing.*expected a tuple"),
         (lambda: scenario(faults=("nan",)), "faults: got 'nan', expected a rumo.Fault"),
         (lambda: ClosedLoop(scenario(faults=(Reading(range(2), "ange", 0.0),))), "Did you mean 'angle'"),
         (lambda: ClosedLoop(scenario(faults=(Missing(range(2), ("ange",)),))), "Did you mean 'angle'"),

@@ -7,6 +7,7 @@ import pytest
 from problems import pendulum
 
 import rumo
+from rumo.signals import NamedArray, Signals
 from rumo.simulation import Plant, load, save
 from rumo.simulation.recorder import state_limits
 
@@ -42,6 +43,68 @@ def test_signals_can_be_left_out_but_not_invented(tmp_path):
     np.testing.assert_array_equal(log["measured"], [[0.1, np.nan], [np.nan, np.nan]])
     assert log["status"].data.tolist() == ["OPTIMAL", "SKIPPED"]
     assert rumo.Recorder(controller).log().sizes["time"] == 0
+
+
+def recorded(**given):
+    """A recorder with a sample of which something is given."""
+    controller = rumo.RealTimeIteration(pendulum(delay=0), backend="reference")
+    recorder = rumo.Recorder(controller)
+    recorder.add(given.pop("plan", None), **({"time": 0.0} | given))
+    return recorder
+
+
+def test_samples_are_kept_as_they_were():
+    parameters, states, wanted = np.array([5.0]), np.array([0.1, 0.2]), np.full((13, 1), 0.3)
+    recorder = recorded(parameters=parameters, measured=states, true_states=states, reference=wanted)
+    for array in (parameters, states, wanted):
+        array[...] = np.nan
+    recorder.add(None, time=0.05, parameters={"gravity": 6.0}, reference={"angle": 0.4, "rate": 0.0})
+    log = recorder.log()
+    np.testing.assert_array_equal(log["parameters"][:, :, 0], [[5.0] * 12, [6.0] * 12])
+    np.testing.assert_array_equal(log["measured"][0], [0.1, 0.2])
+    np.testing.assert_array_equal(log["true_states"][0], [0.1, 0.2])
+    np.testing.assert_array_equal(log["reference"][:, 0], [0.3, 0.4])
+
+
+def test_signals_of_others_are_matched_by_name():
+    backwards = NamedArray(Signals({"rate": "rad/s", "angle": "rad"}, "states"), np.array([2.0, 1.0]))
+    np.testing.assert_array_equal(recorded(estimated=backwards).log()["estimated"][0], [1.0, 2.0])
+
+
+def test_plants_of_ones_own_have_names():
+    class Mine:
+        states, inputs = {"turn": "rad"}, {"torque": "N m"}
+
+        def advance(self, x, u, p):
+            return x
+
+    recorder = rumo.Recorder(rumo.RealTimeIteration(pendulum(), backend="reference"), Mine(), measured={"turn": "rad"})
+    recorder.add(None, time=0.0, plant={"turn": 1.0}, measured=[2.0])
+    log = recorder.log()
+    assert (log["plant"].item(), log["measured_outputs"].item(), log.attrs["plant_model"]) == (1.0, 2.0, "Mine")
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"time": "now"}, "time: got 'now', expected a finite number"),
+        ({"plan": 3}, "plan: got 3, expected a rumo.Plan. It is what controller.step"),
+        ({"reference": {"angel": 0.0}}, r"reference: got 'angel', .* Did you mean 'angle'\?"),
+        ({"reference": [0.1] * 13}, r"reference: got shape \(13,\), expected \(13, 1\)"),
+        ({"parameters": {"gravty": 9.8}}, r"parameters: got 'gravty'.* Did you mean 'gravity'\?"),
+        ({"parameters": np.ones((5, 1))}, r"parameters: got shape \(5, 1\), expected shape \(12, 1\)"),
+        ({"true_states": [1.0]}, r"true_states: got shape \(1,\), expected shape \(2,\)"),
+    ],
+)
+def test_what_does_not_fit_raises_at_once(given, message):
+    with pytest.raises(rumo.ArgumentError, match=message):
+        recorded(**given)
+
+
+def test_plans_of_other_problems_are_refused():
+    plan = rumo.RealTimeIteration(pendulum(horizon=5), backend="reference").step([0.1, 0.0], {"angle": 0.0})
+    with pytest.raises(rumo.ShapeError, match=r"predicted_states: got shape \(6, 2\), expected shape \(13, 2\)"):
+        recorded(plan=plan)
 
 
 def test_limits_constraints_and_outputs_are_in_the_log():

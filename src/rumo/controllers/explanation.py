@@ -20,7 +20,7 @@ RK4_LIMIT = 2.785
 """Largest |lambda| dt at which RK4 is stable for a decaying mode."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Explanation:
     """Printed, it is a few sentences.
 

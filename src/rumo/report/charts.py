@@ -45,7 +45,7 @@ def label(controller: str) -> str:
     return LABELS.get(controller, controller)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Line:
     """A curve: points x, y (n,), a name for the legend, a look; `steps` holds each value until the next."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack
+from math import isclose
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from rumo.checks import checked
 from rumo.controllers import Controller
 from rumo.errors import ArgumentError, PlantError
 from rumo.estimation import Unfiltered
+from rumo.estimation.base import as_estimate
 from rumo.interrupts import interruptible
 from rumo.plan import Plan
 from rumo.references import Preview, Reference, as_reference
@@ -22,6 +24,7 @@ from rumo.simulation.foreign import as_plant
 from rumo.simulation.sample import Sample
 from rumo.simulation.scenario import Scenario
 from rumo.simulation.sensors import RunningSensors, known_observer, require_same_units
+from rumo.simulation.wind import sampled
 
 
 class ClosedLoop:
@@ -58,7 +61,7 @@ class ClosedLoop:
         )
         problem = self.controller.problem
         model, dt = problem.model, problem.sampling_time
-        if dt != scenario.problem.sampling_time or problem.delay != scenario.problem.delay:
+        if not isclose(dt, scenario.problem.sampling_time) or problem.delay != scenario.problem.delay:
             raise ArgumentError(
                 "controller",
                 f"one with samples of {dt:g} s and a delay of {problem.delay}",
@@ -71,7 +74,6 @@ class ClosedLoop:
         self._x = plant.states.finite_vector(scenario.x, "x")
         for name in scenario.disturbances:
             plant.parameters.index(name, "disturbances")
-        scenario.sensors.check(plant, model)
         self.measured = scenario.sensors.signals(plant, model)
         for fault in scenario.faults:
             fault.check(self.measured, model.inputs)
@@ -110,7 +112,7 @@ class ClosedLoop:
                     received = fault.sense(received, readings, before, sensors.signals)
                 true = self._states(state, held, given), self._outputs(state, held, given)
 
-                estimate = estimator.update(received, actuators.believed, parameters[0])
+                estimate = as_estimate(estimator.update(received, actuators.believed, parameters[0]), model.states)
                 last = estimate.x if np.isfinite(estimate.x).all() else last
                 preview = _preview(reference, t + problem.times, NamedArray(model.states, last))
                 if preview.parameters:
@@ -151,8 +153,8 @@ class ClosedLoop:
         times = problem.sampling_time * np.arange(len(self))
         disturbance = np.tile(plant.default_parameters, (len(self), 1))
         for name, source in scenario.disturbances.items():
-            disturbance[:, plant.parameters.index(name)] = source.sample(times, wind)
-        return disturbance, scenario.sensors.start(plant, problem.model, len(self), noise)
+            disturbance[:, plant.parameters.index(name)] = sampled(source, f"disturbances[{name!r}]", times, wind)
+        return disturbance, scenario.sensors.start(plant, self.measured, len(self), noise)
 
 
 def _preview(reference: Reference, times: Array, x: NamedArray) -> Preview:

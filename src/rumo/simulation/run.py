@@ -119,7 +119,7 @@ def simulate(
         sensors=Sensors() if sensors is None else sensors,
         estimator=estimator,
         disturbances=disturbances or {},
-        faults=tuple(faults),
+        faults=faults,
         seed=seed,
     )
     return scenario.run(controller, progress)

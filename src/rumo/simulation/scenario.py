@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import isclose
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from rumo.controllers import Controller, RealTimeIteration
 from rumo.discretization import Discretization
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.estimation import Estimator
+from rumo.estimation.base import check_estimator
 from rumo.model import Model
 from rumo.problem import Problem
 from rumo.references import ReferenceLike, as_reference
@@ -23,13 +25,13 @@ from rumo.simulation.faults import Fault
 from rumo.simulation.foreign import PlantLike
 from rumo.simulation.plant import Plant
 from rumo.simulation.sensors import Sensors
-from rumo.simulation.wind import Disturbance
+from rumo.simulation.wind import Disturbance, check_disturbance
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scenario:
     """A run before it is run: who controls what, what is wanted, and what gets in the way.
 
@@ -66,7 +68,7 @@ class Scenario:
     disturbances : mapping of str to Disturbance
         Parameters of the plant that vary with time, such as the wind.
     faults : tuple of Fault
-        What goes wrong. Those of the same samples act in this order.
+        What goes wrong, or a list of them. Those of the same samples act in this order.
     seed : int
         Of noise and disturbances: the same seed gives the same run.
 
@@ -89,23 +91,26 @@ class Scenario:
     sensors: Sensors = field(default_factory=Sensors)
     estimator: Estimator | None = None
     disturbances: Mapping[str, Disturbance] = field(default_factory=dict[str, Disturbance])
-    faults: tuple[Fault, ...] = ()
+    faults: Sequence[Fault] = ()
     seed: int = 0
 
     def __post_init__(self) -> None:
         dt = checked(self.problem, "problem", Problem).sampling_time
-        if not dt <= self.duration < np.inf:
-            raise ArgumentError("duration", f"{self.duration!r}", f"at least one sampling time of {dt:g} s, finite")
+        duration = self.duration
+        if not isinstance(duration, int | float | np.number) or not (dt <= duration < np.inf or isclose(duration, dt)):
+            raise ArgumentError("duration", repr(duration), f"at least one sampling time of {dt:g} s, finite")
         whole_number(self.seed, "seed", 0)
         as_reference(self.reference)
         checked(self.sensors, "sensors", Sensors)
-        if isinstance(self.estimator, type):
-            raise ArgumentError("estimator", self.estimator.__name__, "settings such as Butterworth(cutoff=3.5)")
-        as_mapping(self.disturbances, "disturbances")
-        if not isinstance(self.faults, tuple):
+        if self.estimator is not None:
+            check_estimator(self.estimator)
+        for name, disturbance in as_mapping(self.disturbances, "disturbances").items():
+            check_disturbance(disturbance, f"disturbances[{name!r}]")
+        if not isinstance(self.faults, tuple | list):
             raise ArgumentError("faults", repr(self.faults), "a tuple such as (Missing(when=range(10, 15)),)")
         for fault in self.faults:
             checked(fault, "faults", Fault)
+        object.__setattr__(self, "faults", tuple(self.faults))
         self._controller_class()
 
     @property

@@ -73,7 +73,7 @@ class Engine(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Candidate:
     """What a method proposes: a trajectory, path constraints (N, nc), how far the solver got, and its `DIAGNOSTICS`.
 

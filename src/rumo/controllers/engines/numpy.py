@@ -168,7 +168,7 @@ class NumpyRti(Method):
         return float(max(inputs.max(), states.max(initial=0.0)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Condensed:
     """Affine maps to states, outputs and constraints: `known @ k + free @ v`.
 

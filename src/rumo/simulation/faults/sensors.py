@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rumo.checks import as_names
 from rumo.signals import Array, Signals
 from rumo.simulation.faults.base import Fault
 
@@ -74,6 +75,10 @@ class _Some(Fault):
     """
 
     signals: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        as_names(self.signals, "signals")
 
     def check(self, measured: Signals, inputs: Signals) -> None:
         """Raise for an unknown signal."""
