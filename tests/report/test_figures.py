@@ -1,6 +1,7 @@
 """Figures: complete, labelled with units, told apart without colours."""
 
 import re
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from rumo.report.charts import Chart, Panels
 from rumo.report.figures import draw
 from rumo.report.kpis import driving_kpis
 from rumo.report.plots import plot
+from rumo.simulation.faults import Missing, Stuck
 from rumo.simulation.recorder import Recorder
 from rumo.studies import PaperStudy
 from rumo.studies.paper.charts import paper_charts
@@ -125,6 +127,47 @@ def test_show_draws_what_is_what_is_wanted_and_what_is_believed(shown):
     assert [text.get_text() for text in axes["Status"].get_yticklabels()] == ["OPTIMAL"]
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert legend == ["Plant", "Estimated", "Measured", "Reference", "Applied"]
+
+
+def test_show_draws_runs_of_any_length(shown):
+    controller = rumo.RealTimeIteration(pendulum(), backend="reference")
+    axes, _ = shown(Recorder(controller).log())
+    assert list(axes) == ["No"]  # step was recorded
+    log = rumo.simulate(controller, controller.problem.model, [0.1, 0.0], {"angle": 0.5}, 0.05)
+    axes, _ = shown(log)
+    assert all(line.get_marker() == "." for line in axes["angle"].lines)
+    assert axes["torque"].lines[0].get_xdata().tolist() == [0.0, 0.05]
+    with pytest.raises(rumo.ArgumentError, match="log: got 3, expected a log from"):
+        rumo.show(3)
+
+
+def test_show_draws_commands_where_they_were_not_applied(shown):
+    controller = rumo.RealTimeIteration(pendulum(delay=1), backend="reference")
+    drive = partial(rumo.simulate, controller, controller.problem.model, [0.1, 0.0], {"angle": 0.5}, 1.0)
+    assert "Commanded" not in names_of(shown(drive())[0]["torque"])
+    axes, figure = shown(drive(faults=[Stuck(range(5, 8), "torque", 0.0), Missing(range(10, 11), ("angle",))]))
+    lines = {line.get_label(): line.get_ydata() for line in axes["torque"].lines}
+    applied, commanded = lines["Applied"], lines["Commanded"]
+    different = np.flatnonzero(applied != commanded)
+    assert set(different[1:]) <= set(range(5, 8))  # nothing was commanded for the first sample
+    bars = [collection.get_paths() for collection in axes["Status"].collections]
+    assert [len(paths) for paths in bars] == [1, 2]  # BAD_MEASUREMENT in the middle of OPTIMAL
+    figure.canvas.draw()
+    legend = figure.legends[0].get_window_extent()
+    assert not any(legend.overlaps(axes.get_tightbbox()) for axes in figure.axes)
+
+
+def test_show_draws_whatever_is_measured(shown):
+    model = rumo.Model(
+        {"angle": "rad", "rate": "rad/s"},
+        {"torque": "N m"},
+        lambda x, u, p: {"angle": x.rate, "rate": u.torque - x.angle},
+        outputs={"height": rumo.Output("m", lambda x, u, p: x.angle**2)},
+    )
+    controller = rumo.RealTimeIteration(pendulum(model=model), backend="reference")
+    sensors = rumo.Sensors(measured=("angle", "rate", "height"))
+    axes, _ = shown(rumo.simulate(controller, model, [0.1, 0.0], {"angle": 0.5}, 0.5, sensors=sensors))
+    assert names_of(axes["height"]) == {"Measured"}
 
 
 def test_show_draws_limits_that_are_near(shown):
