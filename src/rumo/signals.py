@@ -155,7 +155,8 @@ class NamedSymbols:
         if name.startswith("_"):
             raise AttributeError(name)
         if name not in self._signals:
-            raise UnknownAttributeError(self._signals.role, name, self._signals)
+            role = self._signals.role
+            raise UnknownAttributeError(role, name, self._signals, f"Add it to the model's {role}, or correct it.")
         return self[name]
 
 

@@ -254,6 +254,8 @@ def test_in_a_simulation():
 @pytest.mark.parametrize(
     ("settings", "measured", "message"),
     [
+        ({"x": [0.0]}, ("angle",), "ExtendedKalman.x: got [0.0], expected a mapping from names."),
+        ({"x": {"rate": 0.0}, "deviations": 0.1}, ("angle",), "ExtendedKalman.deviations: got 0.1, expected a mapping"),
         ({}, ("angle",), "x: got no value for rate, expected all of rate."),
         ({"x": {"rate": 0.0}}, ("angle",), "deviations: got no value for rate, expected all of rate."),
         ({"x": {"rate": 0.0, "angle": 1.0}}, ("angle",), "x: got 'angle', expected one of rate."),

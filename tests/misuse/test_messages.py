@@ -51,6 +51,10 @@ MODEL_MISTAKES = {
         {"dynamics": lambda x, u, p: {"angle": x.rate, "rat": u.torque}},
         "dynamics: got 'rat', expected one of angle, rate. Did you mean 'rate'?",
     ),
+    "parameter that is none": (
+        {"dynamics": lambda x, u, p: {"angle": x.rate, "rate": u.torque / p.mass}},
+        "parameters: got 'mass', expected nothing: no name exists here. Add it to the model's parameters",
+    ),
     "algebraic variable without an equation": (
         {"algebraic": {"force": 1.0}},
         "algebraic['force']: got 1.0, expected a rumo.Algebraic. Write rumo.Algebraic(",

@@ -100,7 +100,6 @@ def _draw_panels(content: Panels) -> Figure:
             for line in reversed(lines):
                 _add(axes, line)
             axes.set_title(title, fontsize=10, loc="left")
-            axes.set_ylabel(content.y_label if axes in grid[:, 0] else "")
             axes.margins(x=0.0 if content.shaded else 0.05)
             _scale(axes, content)
         if content.from_zero:
@@ -112,6 +111,7 @@ def _draw_panels(content: Panels) -> Figure:
             axes.set_xlabel(content.x_label)
             axes.tick_params(labelbottom=True)
         figure.suptitle(content.title, fontsize=11)
+        figure.supylabel(content.y_label, fontsize=10)
         handles, labels = (found[::-1] for found in grid[0, 0].get_legend_handles_labels())
         figure.legend(handles, labels, loc="outside lower center", ncols=min(len(handles), LEGEND_COLUMNS))
         return figure
