@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+import inspect
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -92,6 +93,18 @@ def checked(value: object, argument: str, kind: type[T], cure: str = "") -> T:
         shown = value.__name__ if isinstance(value, type) else repr(value)
         raise ArgumentError(argument, shown, f"a rumo.{kind.__name__}", cure)
     return value
+
+
+def check_signature(function: Callable[..., Any], argument: str, count: int, expected: str, cure: str) -> None:
+    """Raise unless a function can be called with so many arguments."""
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # of some built-in functions
+        return
+    try:
+        signature.bind(*[None] * count)
+    except TypeError:
+        raise ArgumentError(argument, f"a function of {signature}", expected, cure) from None
 
 
 def known_names(names: Collection[str], argument: str, known: Collection[str]) -> None:

@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -13,7 +14,14 @@ from rumo.estimation import Butterworth
 from rumo.references import Following, Sine, SinePath
 from rumo.registry import CONTROLLERS, MODELS
 from rumo.simulation import Constant, Gust, OrnsteinUhlenbeck, Plant, Sensors
-from rumo.vehicles import PAPER_CAR, four_wheel
+from rumo.vehicles import (
+    PAPER_CAR,
+    Dugoff,
+    VehicleParameters,
+    dynamic_bicycle,
+    four_wheel,
+    friction_circles,
+)
 
 W = rumo.Weight
 
@@ -491,6 +499,26 @@ def test_simulate(case):
     settings = {"plant": controller.problem.model, "x": [0.0, 0.0], "reference": {"angle": 0.0}, "duration": 1.0}
     with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
         rumo.simulate(controller, **(settings | changes))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: four_wheel(3), "parameters: got 3, expected a rumo.VehicleParameters. Write rumo.vehicles.PAPER_CAR"),
+        (lambda: friction_circles(VehicleParameters), "parameters: got VehicleParameters, expected a rumo.Vehicle"),
+        (lambda: dynamic_bicycle(PAPER_CAR, Dugoff), "tyre: got <class"),
+        (lambda: four_wheel(PAPER_CAR, "dugoff"), "tyre: got 'dugoff', expected a tyre such as rumo.vehicles.Dugoff()"),
+        (lambda: dynamic_bicycle(PAPER_CAR, as_printed=True), "as_printed: got True, expected a rumo.AsPrinted."),
+        (lambda: replace(PAPER_CAR, front=0.9), "VehicleParameters.front: got 0.9, expected a rumo.TyreParameters."),
+        (
+            lambda: replace(PAPER_CAR, b_lon=np.nan),
+            "VehicleParameters.b_lon: got nan, expected a number of at least 0.",
+        ),
+    ],
+)
+def test_cars(make, message):
+    with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
+        make()
 
 
 def test_load_transfer_without_a_height():

@@ -189,6 +189,11 @@ class Told:
         return self.answer
 
 
+class NeverStarted:
+    def start(self, problem, measured):
+        pass
+
+
 def test_faults_may_be_a_list():
     assert scenario(faults=[faults.Missing(range(2))]).faults == (faults.Missing(range(2)),)
 
@@ -214,6 +219,11 @@ def test_clocks_may_differ_by_rounding():
         ({"duration": "1"}, "duration: got '1', expected at least one sampling time"),
         ({"sensors": {"angle": 0.1}}, "sensors: got"),
         ({"estimator": 3}, "estimator: got 3, expected settings such as"),
+        (
+            {"reference": lambda t, x: {"angle": 0.0}},
+            r"reference: got a function of \(t, x\), expected a function of times alone. What depends",
+        ),
+        ({"estimator": NeverStarted()}, r"estimator.start\(\): got None, expected an object with update\("),
         (
             {"estimator": Told([0.1, 0.0])},
             r"estimator.update\(\): got \[0.1, 0.0\], expected an Estimate. Write return",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -31,6 +31,7 @@ class Estimate:
     covariance: Array | None = None
 
 
+@runtime_checkable
 class RunningEstimator(Protocol):
     """An estimator with memory, beside the controller; asked once each sample."""
 
@@ -50,6 +51,7 @@ class RunningEstimator(Protocol):
         ...
 
 
+@runtime_checkable
 class Estimator(Protocol):
     """Settings of an estimator."""
 
@@ -89,9 +91,18 @@ class RunningUnfiltered:
 
 def check_estimator(estimator: object) -> None:
     """Raise unless it is an estimator's settings."""
-    if isinstance(estimator, type) or not callable(getattr(estimator, "start", None)):
+    if isinstance(estimator, type) or not isinstance(estimator, Estimator):
         shown = estimator.__name__ if isinstance(estimator, type) else repr(estimator)
         raise ArgumentError("estimator", shown, "settings such as Butterworth(cutoff=3.5)")
+
+
+def started(estimator: Estimator, problem: Problem, measured: Sequence[str]) -> RunningEstimator:
+    """What an estimator's settings, which may be of the user's making, start."""
+    running: object = estimator.start(problem, measured)
+    if not isinstance(running, RunningEstimator):
+        expected = "an object with update(measured, applied, parameters)"
+        raise ArgumentError("estimator.start()", repr(running), expected)
+    return running
 
 
 def as_estimate(estimate: object, states: Signals) -> Estimate:

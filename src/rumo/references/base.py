@@ -10,7 +10,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import as_mapping, as_numbers
+from rumo.checks import as_mapping, as_numbers, check_signature
 from rumo.errors import ArgumentError, ShapeError
 from rumo.signals import Array, NamedArray
 
@@ -124,4 +124,6 @@ def as_reference(reference: object) -> Reference:
             "reference", repr(reference), "a function of times, or a mapping from names to numbers, or a Reference"
         )
     function: Any = reference
+    cure = "What depends on the state is an object with preview(times, x)."
+    check_signature(function, "reference", 1, "a function of times alone", cure)
     return _Function(function)

@@ -13,7 +13,7 @@ from rumo.checks import checked
 from rumo.controllers import Controller
 from rumo.errors import ArgumentError, PlantError
 from rumo.estimation import Unfiltered
-from rumo.estimation.base import as_estimate
+from rumo.estimation.base import as_estimate, started
 from rumo.interrupts import interruptible
 from rumo.plan import Plan
 from rumo.references import Preview, Reference, as_reference
@@ -91,7 +91,7 @@ class ClosedLoop:
         faults = [(fault, fault.samples(problem.sampling_time)) for fault in scenario.faults]
         disturbance, sensors = self._random()
         with interruptible():
-            estimator = (scenario.estimator or Unfiltered()).start(problem, sensors.signals.names)
+            estimator = started(scenario.estimator or Unfiltered(), problem, sensors.signals.names)
         plant.reset()
         controller.reset(applied=scenario.applied)
         actuators = Actuators(controller)
