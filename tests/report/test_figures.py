@@ -178,6 +178,23 @@ def test_show_draws_limits_that_are_near(shown):
     assert drawn <= {float(log.input_lower[0]), float(log.input_upper[0])}
 
 
+@pytest.mark.parametrize("name", ["angle", "an_angle_that_has_a_rather_long_name"])
+def test_show_writes_limits_that_are_far_beside_long_names(shown, name):
+    model = rumo.Model({name: "rad"}, {"torque": "N m"}, lambda x, u, p: {name: u.torque})
+    bounds = {name: rumo.Bounds(-12345.0, 1234567.0, rumo.Penalty(1.0))}
+    wanted = {"track": {name: rumo.Weight(1.0)}, "moves": {"torque": rumo.Weight(1.0)}}
+    problem = rumo.Problem(model, horizon=3, sampling_time=0.1, bounds=bounds, **wanted)
+    controller = rumo.RealTimeIteration(problem, backend="portable")
+    axes, figure = shown(rumo.simulate(controller, model, [0.1], {name: 0.0}, 0.3))
+    figure.canvas.draw()
+    titles = [
+        title for title in (axes[name].title, axes[name]._left_title, axes[name]._right_title) if title.get_text()
+    ]
+    assert "limits -1.234e+04, 1.235e+06" in " ".join(title.get_text() for title in titles)
+    extents = [title.get_window_extent() for title in titles]
+    assert not (len(extents) == 2 and extents[0].overlaps(extents[1]))
+
+
 def test_a_signal_that_stays_at_zero_fills_no_panel_with_rounding(shown):
     controller = rumo.RealTimeIteration(pendulum())
     log = rumo.simulate(controller, controller.problem.model, [0.1, 0.0], {"angle": 0.5}, 1.0)

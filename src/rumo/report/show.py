@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 COLUMNS = 2
 PANEL, STATUS = 1.35, 0.25
 """Height of a row of panels, and of a status [in]."""
+LINE = 50
+"""So many characters fit above a panel."""
 BESIDE = 4
 """So many statuses find room beside a last panel that stands alone."""
 PLANT = Look("#0072B2", "solid", 1.5)
@@ -235,9 +237,11 @@ def _draw(axes: Any, times: Array, panel: _Panel, largest: float) -> None:
             far.append(f"{limit:.4g}")
     axes.set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
     if far:  # they would flatten the curves
-        axes.set_title(
-            f"limit{'s' if len(far) > 1 else ''} {', '.join(far)}", loc="right", fontsize=8, color=LIMIT.color
-        )
+        note = f"limit{'s' if len(far) > 1 else ''} {', '.join(far)}"
+        if len(panel.title) + len(note) > LINE:
+            axes.set_title(f"{panel.title}\n{note}", loc="left", fontsize=9)
+        else:
+            axes.set_title(note, loc="right", fontsize=8, color=LIMIT.color)
 
 
 def _reach(panel: _Panel, largest: float) -> tuple[float, float]:
