@@ -11,7 +11,7 @@ from rumo.bench import SCENARIOS, measure, record, summary
 from rumo.bench.qp import installed, measure_solvers, record_programs
 from rumo.bench.report import report, solver_summary, solver_table
 from rumo.bench.schemes import schemes_of
-from rumo.cli import app
+from rumo.cli.app import app
 
 PHASES = {"prepare_us", "feedback_us", "total_us"}
 PERCENTILES = {"p50", "p99", "p999", "max"}

@@ -2,6 +2,7 @@
 
 import io
 import json
+import logging
 import subprocess
 import sys
 from pathlib import Path
@@ -11,8 +12,10 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 import rumo
-from rumo.cli import app
-from rumo.cli.console import print_table
+from rumo.cli import main
+from rumo.cli.app import app
+from rumo.cli.console import print_error, print_note, print_table
+from rumo.cli.progress import progress
 from rumo.registry import MODELS
 from rumo.report.tables import Table
 
@@ -107,9 +110,8 @@ def test_command_is_installed():
 
 
 def test_import_leaves_the_heavy_libraries_alone():
-    code = (
-        "import rumo, sys; print([m for m in ('scipy', 'xarray', 'matplotlib', 'plotly', 'rich') if m in sys.modules])"
-    )
+    heavy = ("numpy", "casadi", "scipy", "xarray", "matplotlib", "plotly", "rich", "typer")
+    code = f"import sys, rumo.cli; print([name for name in {heavy} if name in sys.modules])"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"
 
@@ -213,3 +215,64 @@ def test_a_reader_that_has_gone_is_no_traceback():
         process.stdout.close()
         assert process.stderr.read() == ""
     assert process.returncode == 1
+
+
+class Full(io.StringIO):
+    """A stream that takes nothing."""
+
+    def __init__(self, terminal):
+        super().__init__()
+        self.terminal = terminal
+
+    def isatty(self):
+        return self.terminal
+
+    def write(self, text):
+        raise OSError(28, "No space left on device")
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+@pytest.mark.parametrize("quiet", [True, False])
+def test_progress_that_nobody_can_read_does_not_end_the_work(monkeypatch, terminal, quiet):
+    monkeypatch.setattr(sys, "stderr", Full(terminal))
+    with progress(quiet) as told:
+        told("rti", 0, 2)
+        logging.getLogger("rumo").warning("The portable build is used.")
+        print_note("A note.")
+        told("rti", 2, 2)
+    print_error("An error.")
+
+
+@pytest.fixture
+def ended(monkeypatch, capsys):
+    """Runs the command by what is in its place; its exit code and standard error."""
+
+    def run(place):
+        monkeypatch.setattr("rumo.cli.entry._run", place)
+        with pytest.raises(SystemExit) as end:
+            main()
+        return end.value.code, capsys.readouterr().err
+
+    return run
+
+
+def test_errors_of_files_are_not_those_of_the_output(ended, tmp_path):
+    code, errors = ended((tmp_path / "there is none.toml").read_text)
+    assert code == 1
+    assert errors == f"Error: [Errno 2] No such file or directory: '{tmp_path / 'there is none.toml'}'\n"
+
+
+def test_ctrl_c_while_modules_are_imported_is_an_exit_code(ended):
+    def interrupted():
+        raise KeyboardInterrupt
+
+    assert ended(interrupted) == (130, "")
+
+
+def test_closed_standard_streams_are_no_error(ended, monkeypatch):
+    for name in ("stdout", "stderr"):
+        monkeypatch.setattr(sys, name, None)
+    code, _ = ended(lambda: sys.stdout.write("version"))
+    assert code == len("version")
+    sys.stdout.close()
+    sys.stderr.close()

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
 import rumo
-from rumo.cli import app
+from rumo.cli.app import app
 from rumo.registry import DISCRETIZATIONS
 from rumo.studies.discretization import DiscretizationStudy
 from rumo.studies.discretization.cases import CASES

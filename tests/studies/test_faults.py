@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 import rumo
 import rumo.simulation.faults
-from rumo.cli import app
+from rumo.cli.app import app
 from rumo.report.figures import draw
 from rumo.report.plots import plot
 from rumo.studies.faults.report import fault_panels, faults_table, outcome, summary

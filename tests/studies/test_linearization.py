@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import rumo
-from rumo.cli import app
+from rumo.cli.app import app
 from rumo.controllers import DirectNlp
 from rumo.estimation import Butterworth
 from rumo.report.figures import draw

@@ -10,6 +10,7 @@ from threading import get_ident
 from typing import Any, ClassVar, Protocol
 
 from rumo.controllers import Controller
+from rumo.interrupts import interruptible
 from rumo.report.contents import Report
 
 Key = tuple[str | float, ...]
@@ -50,7 +51,10 @@ class Study(ABC):
 
 
 def carry_out(runs: Mapping[Key, Run], progress: Progress | None = None) -> Generator[tuple[Key, Any]]:
-    """Do the runs one after the other; yields each key with what came of it."""
+    """Do the runs one after the other; yields each key with what came of it.
+
+    On Ctrl-C what the run comes to is not yielded, whatever it has made of it.
+    """
     every, done = Counter(str(key[0]) for key in runs), Counter[str]()
     for key, run in runs.items():
         name = str(key[0])
@@ -59,8 +63,9 @@ def carry_out(runs: Mapping[Key, Run], progress: Progress | None = None) -> Gene
             if progress is not None and part < whole:
                 progress(name, done[name] + part / whole, every[name])
 
-        tell(0, 1)
-        result = run.run(progress=tell)
+        with interruptible(0):
+            tell(0, 1)
+            result = run.run(progress=tell)
         done[name] += 1
         if progress is not None:
             progress(name, done[name], every[name])
