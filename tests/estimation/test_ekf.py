@@ -10,8 +10,8 @@ from scipy.linalg import solve_discrete_are
 import rumo
 from rumo.estimation import Butterworth, ExtendedKalman
 from rumo.references import SinePath
-from rumo.report.kpis import driving_kpis
 from rumo.studies import PaperStudy
+from rumo.studies.kpis import driving_kpis
 from rumo.studies.paper import kalman_filter
 from rumo.vehicles import PAPER_CAR
 

@@ -10,10 +10,10 @@ from problems import pendulum
 import rumo
 from rumo.report.charts import Chart, Panels
 from rumo.report.figures import draw
-from rumo.report.kpis import driving_kpis
 from rumo.report.plots import plot
 from rumo.simulation.recorder import Recorder
 from rumo.studies import PaperStudy
+from rumo.studies.kpis import driving_kpis
 from rumo.studies.paper.charts import paper_charts
 
 

@@ -7,8 +7,8 @@ import pytest
 
 import rumo
 from rumo.references import SinePath
-from rumo.report.kpis import driving_kpis
 from rumo.studies import PaperStudy
+from rumo.studies.kpis import driving_kpis
 from rumo.vehicles import PAPER_CAR, AsPrinted, Dugoff
 
 EVERY_CONTROLLER = ("rti", "nlp", "ltv")

@@ -96,7 +96,8 @@ def _draw_panels(content: Panels) -> Figure:
         )
         for axes, (title, lines) in zip(grid.flat, content.panels, strict=False):
             if content.shaded is not None:
-                axes.axvspan(*content.shaded, color=LIMIT.color, alpha=0.15, linewidth=0.0, label="Bad samples")
+                start, end, words = content.shaded
+                axes.axvspan(start, end, color=LIMIT.color, alpha=0.15, linewidth=0.0, label=words)
             for line in reversed(lines):
                 _add(axes, line)
             axes.set_title(title, fontsize=10, loc="left")

@@ -109,12 +109,12 @@ def _plot_panels(content: Panels) -> Any:
             figure.add_scatter(**_curve(line), legendgroup=line.name, showlegend=line.name not in named, **place)
             named.add(line.name)
         if content.shaded is not None:
-            x0, x1 = content.shaded
+            x0, x1, _ = content.shaded
             figure.add_vrect(x0=x0, x1=x1, fillcolor=LIMIT.color, opacity=0.15, line_width=0, layer="below", **place)
     if content.shaded is not None:
         # A shaded region has no entry in the legend of its own.
         square = {"symbol": "square", "size": 12, "color": LIMIT.color}
-        figure.add_scatter(x=[None], y=[None], name="Bad samples", mode="markers", marker=square, opacity=0.15)
+        figure.add_scatter(x=[None], y=[None], name=content.shaded[2], mode="markers", marker=square, opacity=0.15)
     _scale(figure, content)
     figure.update_xaxes(showticklabels=True)
     if content.from_zero:

@@ -6,13 +6,14 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from rumo.report.charts import REFERENCE, Line, Look, Panels, label, look
+from rumo.report.charts import REFERENCE, Line, Look, Panels
 from rumo.report.contents import Report, Section
-from rumo.report.kpis import tracking_error
 from rumo.report.tables import Table, counts, number
 from rumo.simulation.log import signal
 from rumo.status import Status
 from rumo.studies.faults.study import FAULTS, Drive, FaultStudy
+from rumo.studies.kpis import tracking_error
+from rumo.studies.looks import label, look
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -120,7 +121,7 @@ def fault_panels(drives: Mapping[str, Mapping[str, Drive]]) -> list[Panels]:
             continue
         first = next(iter(shown.values()))
         dt = float(first.attrs["sampling_time_s"])
-        shaded = (dt * _bad(first)[0], dt * _bad(first)[1])
+        shaded = (dt * _bad(first)[0], dt * _bad(first)[1], "Bad samples")
 
         def lines(log: xr.Dataset, of: str, undisturbed: xr.Dataset | None = undisturbed, name: str = name) -> Any:
             own = Look(look(name).color, "solid", 1.8)

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rumo.report.charts import label
 from rumo.report.contents import Report, Section
 from rumo.report.tables import Table, number
 from rumo.studies.linearization.charts import linearization_panels
 from rumo.studies.linearization.summary import Logs, at_values, cost_ratios, lost_at, quantity, summary
+from rumo.studies.looks import label
 
 if TYPE_CHECKING:
     from rumo.studies.linearization.study import LinearizationStudy

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rumo.problem import Problem
-from rumo.report.kpis import SETTLED, driving_kpis, tracking_error
 from rumo.signals import Array
 from rumo.simulation.log import signal
 from rumo.status import Status
+from rumo.studies.kpis import SETTLED, driving_kpis, tracking_error
 from rumo.studies.linearization.study import SWEEPS, LinearizationStudy
 
 if TYPE_CHECKING:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rumo.report.charts import LIMIT, NEUTRAL, REFERENCE, Chart, Line, Panels, label, look
-from rumo.report.kpis import tracking_error
+from rumo.report.charts import LIMIT, NEUTRAL, REFERENCE, Chart, Line, Panels
 from rumo.signals import Array
 from rumo.simulation.log import signal
+from rumo.studies.kpis import tracking_error
+from rumo.studies.looks import label, look
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rumo.report.charts import label
 from rumo.report.contents import Report, Section
-from rumo.report.kpis import driving_kpis
 from rumo.report.tables import Table, number
+from rumo.studies.kpis import driving_kpis
+from rumo.studies.looks import label
 from rumo.studies.paper.charts import paper_charts
 
 if TYPE_CHECKING:
