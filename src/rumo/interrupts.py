@@ -9,6 +9,9 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
+EXIT_CODE = 130
+"""Of all programs that SIGINT ends."""
+
 
 class Interrupted(KeyboardInterrupt):
     """A simulation was interrupted; `log` holds the run up to that sample.

@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -65,6 +66,25 @@ def test_imports_point_backwards(path):
     for other in imported_rooms(path):
         allowed = LEAVES if own in LEAVES else order[: order.index(own) + 1]
         assert other in allowed, f"{path} imports from {other}"
+
+
+def imported_modules(path):
+    """Modules of Rumo that a file imports anywhere, also for the type checker or in a function."""
+    for node in ast.walk(ast.parse((SOURCE / path).read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "rumo":
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+            yield from [name if module_file(name) in MODULES else node.module for name in names]
+
+
+def module_file(name):
+    return Path(*name.split(".")[1:]).with_suffix(".py")
+
+
+@pytest.mark.parametrize("chosen", ["report", "studies", "bench", "cli"])
+def test_no_module_is_imported_by_what_it_imports(chosen):
+    files = [path for path in MODULES if room(path) == chosen and path.stem != "__init__"]
+    graph = {path: {module_file(name) for name in imported_modules(path)} & {*files} for path in files}
+    TopologicalSorter(graph).prepare()  # raises with the circle
 
 
 def test_a_controller_alone_loads_little():

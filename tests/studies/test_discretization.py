@@ -18,7 +18,7 @@ from rumo.studies.discretization.charts import LOOKS
 from rumo.studies.discretization.one_mode import damping
 from rumo.studies.discretization.prediction import ReferenceSolution
 from rumo.studies.discretization.report import find, findings
-from rumo.studies.discretization.summary import LABELS, summary
+from rumo.studies.discretization.summary import LABELS
 from rumo.studies.discretization.tables import cheapest, order_table, outcome_table, properties_table
 
 SCHEMES = ("implicit-euler", "trapezoidal", "radau2", "rk4")
@@ -39,7 +39,7 @@ def results(study):
 
 @pytest.fixture(scope="module")
 def content(study, results):
-    return summary(study, results)
+    return study.summary(results)
 
 
 @pytest.mark.parametrize("name", CASES)

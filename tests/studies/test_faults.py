@@ -11,8 +11,8 @@ import rumo.simulation.faults
 from rumo.cli.app import app
 from rumo.report.figures import draw
 from rumo.report.plots import plot
-from rumo.studies.faults.report import fault_panels, faults_table, outcome, summary
-from rumo.studies.faults.study import FAULTS, Drive, FaultStudy, Trouble
+from rumo.studies.faults import FAULTS, Drive, FaultStudy, Trouble
+from rumo.studies.faults.report import fault_panels, faults_table, outcome
 
 CASES = {"rti portable": ("rti", "portable"), "rti reference": ("rti", "reference"), "nlp": ("nlp", "portable")}
 BAD_MEASUREMENTS = ("nan", "infinite", "jump", "spin", "frozen", "missing")
@@ -112,12 +112,12 @@ def test_a_controller_that_raises_is_a_result(monkeypatch):
     monkeypatch.setitem(FAULTS, "bomb", Trouble("A bomb", Bomb(range(0))))
     study = FaultStudy(("rti",), ("none", "bomb"), duration=3.4)
     drives = study.run()
-    content = summary(study, drives)["controllers"]["rti"]["bomb"]
+    content = study.summary(drives)["controllers"]["rti"]["bomb"]
     assert content["exceptions"] == 1
     assert content["exception"] == "ZeroDivisionError: no"
     assert content["largest_error_m"] is None
     json.dumps(content, allow_nan=False)
-    assert faults_table(summary(study, drives)["controllers"]["rti"]).rows[1] == ["A bomb", "-", "1", "-", "-", ""]
+    assert faults_table(study.summary(drives)["controllers"]["rti"]).rows[1] == ["A bomb", "-", "1", "-", "-", ""]
 
 
 def test_bad_commands_and_late_recovery_are_counted(drives):

@@ -18,8 +18,8 @@ from rumo.simulation import Scenario
 from rumo.status import Status
 from rumo.studies.linearization import BASE, SWEEPS, LinearizationStudy, StartedNlp
 from rumo.studies.linearization.charts import linearization_panels
-from rumo.studies.linearization.report import findings, overview_table, report, sweep_table
-from rumo.studies.linearization.summary import closed_loop_cost, outcome, summary
+from rumo.studies.linearization.report import findings, overview_table, sweep_table
+from rumo.studies.linearization.summary import closed_loop_cost, outcome
 
 STUDY = LinearizationStudy(sweeps={"initial_error": (0.0, 4.0), "noise": (1.0,)})
 PROBLEM = BASE.problem()
@@ -32,7 +32,7 @@ def logs():
 
 @pytest.fixture(scope="module")
 def content(logs):
-    return summary(STUDY, logs)
+    return STUDY.summary(logs)
 
 
 def runs(content, sweep, value):
@@ -73,10 +73,10 @@ def test_ltv_does_not_know_how_much_the_tyres_can_hold(monkeypatch):
 def test_the_filters_lag_makes_ltv_better_and_noise_makes_it_worse(content):
     filtered = runs(content, "noise", 1.0)
     study = LinearizationStudy(("rti", "ltv"), {"noise": (0.0,)})
-    lag = runs(summary(study, study.run()), "noise", 0.0)
+    lag = runs(study.summary(study.run()), "noise", 0.0)
     # The paper's 24 s, since in shorter drives it depends on the noise.
     study = LinearizationStudy(("rti", "ltv"), {"raw_noise": (1.0,)}, duration=24.0)
-    noise = runs(summary(study, study.run()), "raw_noise", 1.0)
+    noise = runs(study.summary(study.run()), "raw_noise", 1.0)
     rms = "tracking_error_rms_after_2s_m"
     assert filtered["ltv"][rms] <= filtered["rti"][rms]
     assert lag["ltv"][rms] <= lag["rti"][rms]
@@ -132,10 +132,10 @@ def test_a_plant_that_cannot_be_integrated_is_a_lost_drive(logs, monkeypatch):
     monkeypatch.setattr(Scenario, "run", fail)
     study = LinearizationStudy(("rti",), {"speed": (30.0,)})
     broken = study.run()
-    (run,) = summary(study, broken)["sweeps"]["speed"]["controllers"]["rti"]
+    (run,) = study.summary(broken)["sweeps"]["speed"]["controllers"]["rti"]
     assert run["lost"]
     assert (run["tracking_error_rms_after_2s_m"], run["cost_over_nlp"]) == (None, None)
-    for figure in linearization_panels(summary(study, broken), broken):
+    for figure in linearization_panels(study.summary(broken), broken):
         draw(figure)
 
 
@@ -207,7 +207,7 @@ def test_tables_and_figures_show_the_summary(content, logs):
     cost = dict(figures[0].panels)["Initial distance from the path [m]"]
     lost = next(line for line in cost if line.name == "Lost")
     assert lost.x[np.isfinite(lost.x)].tolist() == [4.0]
-    assert len(report(STUDY, logs).sections) == 2 + len(STUDY.sweeps)
+    assert len(STUDY.report(logs).sections) == 2 + len(STUDY.sweeps)
 
 
 def test_progress_is_told_by_sweep():

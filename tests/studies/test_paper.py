@@ -66,9 +66,7 @@ def test_at_the_friction_limit_it_stays_on_the_road(name):
 
 
 def test_the_summary_says_what_the_logs_say(logs):
-    from rumo.studies.paper.report import summary
-
-    content = summary(PaperStudy(EVERY_CONTROLLER), logs)
+    content = PaperStudy(EVERY_CONTROLLER).summary(logs)
     rti = content["controllers"]["rti"]
     distance = np.hypot(
         *(

@@ -5,9 +5,7 @@ from __future__ import annotations
 import sys
 
 from rumo.cli.streams import Unheeded, give_up, open_closed
-
-INTERRUPTED = 130
-"""Exit code, as of all programs that SIGINT ends."""
+from rumo.interrupts import EXIT_CODE
 
 
 def main() -> None:
@@ -29,7 +27,7 @@ def main() -> None:
             give_up(sys.stdout)
         print(f"Error: {'' if error.filename else 'the output cannot be written: '}{error}", file=Unheeded())
     except KeyboardInterrupt:
-        code = INTERRUPTED
+        code = EXIT_CODE
     sys.exit(code)
 
 

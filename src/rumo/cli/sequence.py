@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from rumo.cli.console import print_json, print_lines, print_note, print_report, writable, write_json
-from rumo.cli.entry import INTERRUPTED
 from rumo.cli.progress import Told, progress
 from rumo.errors import RumoError
-from rumo.interrupts import interruptible
+from rumo.interrupts import EXIT_CODE, interruptible
 from rumo.report.contents import Report
 
 if TYPE_CHECKING:
@@ -59,7 +58,7 @@ def incomplete(report: Report, done: str, stopped: BaseException) -> Report:
 def end(stopped: BaseException | None) -> None:
     """End a command as what stopped it demands, when all that was done has been told."""
     if isinstance(stopped, KeyboardInterrupt):
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(EXIT_CODE)
     if stopped is not None:
         raise stopped
 

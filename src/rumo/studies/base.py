@@ -39,11 +39,15 @@ class Study(ABC):
         """What there is to do; each run can be done by itself, anywhere."""
 
     @abstractmethod
-    def report(self, results: Mapping[Any, Any]) -> Report:
-        """Summary, sentences, tables and figures of what came of the runs, nested by the parts of their keys.
+    def summary(self, results: Mapping[Any, Any]) -> dict[str, Any]:
+        """Content of `summary.json`, from what came of the runs, nested by the parts of their keys.
 
-        Runs may be missing, such as those after an interruption: the report is of the others.
+        Runs may be missing, such as those after an interruption: it is of the others.
         """
+
+    @abstractmethod
+    def report(self, results: Mapping[Any, Any]) -> Report:
+        """The summary, and sentences, tables and figures of it and of what came of the runs."""
 
     def run(self, progress: Progress | None = None) -> dict[Any, Any]:
         """Do everything; what came of it, nested by the parts of the runs' keys: `results["rti"]["jump"]`."""

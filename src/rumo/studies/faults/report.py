@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from rumo.report.charts import REFERENCE, Line, Look, Panels
-from rumo.report.contents import Report, Section
+from rumo.report.contents import Section
 from rumo.report.tables import Table, counts, number
 from rumo.simulation.log import signal
 from rumo.status import Status
-from rumo.studies.faults.study import FAULTS, Drive, FaultStudy
+from rumo.studies.faults.troubles import FAULTS, Drive
 from rumo.studies.kpis import tracking_error
 from rumo.studies.looks import label, look
 
@@ -22,45 +22,12 @@ AROUND = (0.4, 1.6)
 """What figures show before the first bad sample and after the last [s]."""
 
 
-def report(study: FaultStudy, drives: Mapping[str, Mapping[str, Drive]]) -> Report:
-    """The study's report, from the drives by controller and fault."""
-    content = summary(study, drives)
-    lead = (
-        f"A car follows a sine path at {study.base.path.speed:g} m/s in wind, with noisy, unfiltered measurements; "
-        f"after {study.start:g} s come {study.count} bad samples. Seed {study.seed}, "
-        f"{'without' if study.gate is None else 'with'} the innovation gate."
-    )
+def sections(content: Mapping[str, Any], drives: Mapping[str, Mapping[str, Drive]]) -> list[Section]:
+    """What is shown of a summary, and of the drives by controller and fault."""
     tables = [
         Section(label(name), [faults_table(outcomes)], brief=True) for name, outcomes in content["controllers"].items()
     ]
-    return Report("Faults", lead, content, [*tables, Section("Figures", fault_panels(drives))])
-
-
-def summary(study: FaultStudy, drives: Mapping[str, Mapping[str, Drive]]) -> dict[str, Any]:
-    """Content of `summary.json`.
-
-    Parameters
-    ----------
-    study : FaultStudy
-        What was asked for.
-    drives : mapping of str to mapping of str to Drive
-        What came of it, by controller and fault.
-    """
-    problem = study.base.problem()
-    return {
-        "study": "faults",
-        "seed": study.seed,
-        "sampling_time_s": problem.sampling_time,
-        "horizon": problem.horizon,
-        "duration_s": study.duration,
-        "first_bad_sample": study.bad.start,
-        "bad_samples": study.count,
-        "gate": None if study.gate is None else {"width": study.gate.width, "patience": study.gate.patience},
-        "controllers": {
-            name: {fault: {"title": FAULTS[fault].title, **outcome(drive)} for fault, drive in by_fault.items()}
-            for name, by_fault in drives.items()
-        },
-    }
+    return [*tables, Section("Figures", fault_panels(drives))]
 
 
 def outcome(drive: Drive) -> dict[str, Any]:
