@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from problems import pendulum
 from rich.console import Console
 from typer.testing import CliRunner
 
@@ -135,14 +136,28 @@ def test_a_plant_that_fails_leaves_what_was_driven(tmp_path, monkeypatch):
     assert load(tmp_path / "log-rti.nc").sizes["time"] == 6
 
 
-def test_json_is_the_summary_and_nothing_else(tmp_path):
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Figures take most of the time of a short study."""
+    monkeypatch.setattr("rumo.report.figures.write_figures", lambda *_: None)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_json_is_the_summary_and_nothing_else_and_progress_on_a_pipe_is_lines_on_standard_error(tmp_path):
     result = runner.invoke(app, [*SHORT, "--json", "--output", str(tmp_path)])
     assert result.exit_code == 0, result.output
     assert result.stdout == (tmp_path / "summary.json").read_text()
+    lines = result.stderr.splitlines()
+    assert lines[0] == "rti: started"
+    assert any(line.startswith("rti: 100 %, ") for line in lines)
+
+
+def test_json_of_models():
     models = runner.invoke(app, ["models", "--json"])
     assert json.loads(models.stdout)["cart_pendulum"]["inputs"] == {"force": "N"}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_quiet_says_nothing_but_errors(tmp_path):
     result = runner.invoke(app, [*SHORT, "--quiet", "--output", str(tmp_path)])
     assert (result.exit_code, result.output) == (0, "")
@@ -164,21 +179,15 @@ def test_completion_can_be_installed():
     assert "--install-completion" in runner.invoke(app, ["-h"]).output
 
 
-def test_progress_on_a_pipe_is_lines_on_standard_error(tmp_path):
-    result = runner.invoke(app, [*SHORT, "--output", str(tmp_path)])
-    lines = result.stderr.splitlines()
-    assert lines[0] == "rti: started"
-    assert any(line.startswith("rti: 100 %, ") for line in lines)
-    assert "started" not in result.stdout
-
-
-def test_compiling_for_the_first_time_is_said(tmp_path):
-    environment = {"RUMO_BACKEND": "auto", "RUMO_CACHE": str(tmp_path / "cache")}
-    first, second = (
-        CliRunner(env=environment).invoke(app, [*SHORT, "--output", str(tmp_path / "out")]) for _ in range(2)
-    )
-    assert "Compiling the core for this problem" in first.stderr
-    assert "Compiling" not in second.stderr
+def test_compiling_for_the_first_time_is_said(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("RUMO_CACHE", str(tmp_path))
+    said = []
+    for _ in range(2):
+        with progress():
+            rumo.RealTimeIteration(pendulum(), backend="tailored")
+        said.append(capsys.readouterr().err)
+    assert "Compiling the core for this problem" in said[0]
+    assert not said[1]
 
 
 def test_tables_fit_80_columns_without_splitting_words():

@@ -1,11 +1,13 @@
 """Ctrl-C at any moment: what was done is written and marked, and nothing false is."""
 
 import json
+import os
 import random
 import signal
 import subprocess
 import sys
 import time
+from threading import Timer
 
 import pytest
 from typer.testing import CliRunner
@@ -16,10 +18,12 @@ import rumo.report.page
 from rumo.cli.app import app
 from rumo.cli.sequence import run_study
 from rumo.simulation import load
+from rumo.studies.base import carry_out
 from rumo.studies.linearization import LinearizationStudy
 from rumo.studies.linearization.study import SweptRun
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT for a child alone")
+EXIT = Exception  # of Typer, which has moved it from version to version
 INTERRUPTED = (130, -signal.SIGINT)
 """While Python itself starts, it is the signal that ends it; a shell says 130 as well."""
 
@@ -50,7 +54,23 @@ def assert_true_as_far_as_it_goes(folder, code, errors):
                 assert value > 3.0 or (run["lost"], run["unsolved_share"]) == (False, 0.0)
 
 
-@pytest.mark.parametrize("trial", [*range(3), *(pytest.param(k, marks=pytest.mark.slow) for k in range(3, 20))])
+@pytest.mark.parametrize("trial", range(3))
+def test_ctrl_c_at_a_random_time_claims_nothing_false(tmp_path, monkeypatch, trial):
+    timer = Timer(random.Random(trial).uniform(0.0, 1.5), os.kill, (os.getpid(), signal.SIGINT))
+
+    def started(*arguments):
+        timer.start()
+        yield from carry_out(*arguments)
+
+    monkeypatch.setattr("rumo.studies.base.carry_out", started)
+    monkeypatch.setattr(rumo.report.figures, "write_figures", lambda *_: None)
+    with pytest.raises(EXIT) as end:
+        run_study(LinearizationStudy(("nlp", "rti"), {"initial_error": range(9)}), tmp_path, quiet=True)
+    assert_true_as_far_as_it_goes(tmp_path, end.value.exit_code, "")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("trial", range(20))
 def test_an_interrupted_study_claims_nothing_false(tmp_path, trial):
     arguments = ["study", "linearization", "--controllers", "nlp,rti", "--sweeps", "initial_error"]
     code, errors = interrupted([*arguments, "--output", tmp_path], random.Random(trial).uniform(0.0, 8.0))
@@ -58,7 +78,7 @@ def test_an_interrupted_study_claims_nothing_false(tmp_path, trial):
 
 
 def test_an_interrupted_drive_is_kept_and_marked(tmp_path):
-    code, errors = interrupted(["study", "paper", "--controllers", "nlp", "--output", tmp_path], 2.0)
+    code, errors = interrupted(["study", "paper", "--controllers", "nlp", "--output", tmp_path], 1.0)
     assert code in INTERRUPTED, errors
     log = load(tmp_path / "log-nlp.nc")
     assert log.attrs["complete"] == "no"
@@ -81,9 +101,6 @@ def stopped(tmp_path):
         return caught.value, content, page
 
     return run
-
-
-EXIT = Exception  # of Typer, which has moved it from version to version
 
 
 def ctrl_c(*_):

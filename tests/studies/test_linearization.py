@@ -21,7 +21,8 @@ from rumo.studies.linearization.charts import linearization_panels
 from rumo.studies.linearization.report import findings, overview_table, sweep_table
 from rumo.studies.linearization.summary import closed_loop_cost, outcome
 
-STUDY = LinearizationStudy(sweeps={"initial_error": (0.0, 4.0), "noise": (1.0,)})
+STUDY = LinearizationStudy(sweeps={"initial_error": (0.0, 4.0), "noise": (1.0,)}, duration=5.0)
+STEPS = 125
 PROBLEM = BASE.problem()
 
 
@@ -104,25 +105,25 @@ def test_the_summary_says_what_the_logs_say(logs, content):
                 assert run["tracking_error_max_m"] == pytest.approx(float(squares.max()) ** 0.5)
                 assert run["violated_steps"] == int((log.status == "SOFT_VIOLATED").sum())
                 assert run["step_time_us"] == pytest.approx(1e6 * float(log.step_time.median()))
-    assert content["duration_s"] == 8.0
+    assert content["duration_s"] == 5.0
     json.dumps(content, allow_nan=False)
 
 
 def test_what_counts_as_lost(logs):
-    log, steps = logs["initial_error"][0.0]["rti"], 200
+    log = logs["initial_error"][0.0]["rti"]
     psi, p_x = (list(log.plant_state.values).index(name) for name in ("psi", "p_x"))
 
     def lost(samples, state, by):
         changed = log.copy(deep=True)
         changed.plant.values[samples, state] += by
-        return outcome(changed, PROBLEM, steps)["lost"]
+        return outcome(changed, PROBLEM, STEPS)["lost"]
 
     assert not lost(100, psi, 1.4)
     assert lost(100, psi, -1.7)
     assert not lost(100, p_x, 50.0)
     assert not lost(-1, p_x, 9.8)
     assert lost(-1, p_x, 10.2)
-    assert outcome(log.isel(time=slice(0, 199)), PROBLEM, steps)["lost"]
+    assert outcome(log.isel(time=slice(0, STEPS - 1)), PROBLEM, STEPS)["lost"]
 
 
 def test_a_plant_that_cannot_be_integrated_is_a_lost_drive(logs, monkeypatch):
@@ -192,7 +193,7 @@ def test_findings_follow_the_numbers(content):
 def test_tables_and_figures_show_the_summary(content, logs):
     table = sweep_table(content["sweeps"]["initial_error"])
     assert table.heads[:4] == ["Initial distance from the path [m]", "RTI\ncost", "Direct NLP\ncost", "LTV\ncost"]
-    assert [row[3] for row in table.rows] == ["0.285", "lost"]
+    assert [row[3] for row in table.rows] == ["0.150", "lost"]
     assert [row[:3] for row in overview_table(content).rows[:3]] == [
         ["Initial distance from the path", "RTI", "-"],
         ["", "Direct NLP", "-"],
@@ -226,7 +227,7 @@ def test_a_drive_beside_the_path_costs_by_the_square(logs):
     log.applied.values[:] = 0.0
     assert closed_loop_cost(log, PROBLEM) == 0.0
     log.plant.loc[{"plant_state": "p_y"}] += 3.0
-    assert closed_loop_cost(log, PROBLEM) == pytest.approx(199 * 10.0 * (3.0 / 6.0) ** 2)
+    assert closed_loop_cost(log, PROBLEM) == pytest.approx((STEPS - 1) * 10.0 * (3.0 / 6.0) ** 2)
 
 
 @pytest.mark.parametrize(

@@ -150,6 +150,8 @@ def write_figures(contents: Iterable[Chart | Panels], folder: Path) -> list[Path
     paths: list[Path] = []
     for content in contents:
         figure = draw(content)
+        figure.draw_without_rendering()  # lays it out, once for both files
+        figure.set_layout_engine("none")
         for ending in ("png", "pdf"):
             paths.append(folder / f"{content.key}.{ending}")
             metadata = {"CreationDate": None} if ending == "pdf" else {}
