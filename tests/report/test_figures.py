@@ -1,6 +1,8 @@
 """Figures: complete, labelled with units, told apart without colours."""
 
 import re
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,6 +37,13 @@ def test_the_papers_figures_are_there(charts):
         "step-time-nlp",
         "step-time-ltv",
     ]
+
+
+def test_the_licence_covers_what_pages_contain():
+    root = Path(__file__).parents[2]
+    project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
+    assert project["license"] == "BSD-3-Clause AND MIT"
+    assert any("Plotly" in (root / path).read_text() for path in project["license-files"])
 
 
 def test_axes_have_units_and_lines_differ_in_more_than_colour(charts):
