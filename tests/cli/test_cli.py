@@ -168,11 +168,22 @@ def test_quiet_says_nothing_but_errors(tmp_path):
     assert runner.invoke(app, ["models", "--quiet"]).stdout.split() == list(MODELS)
 
 
-@pytest.mark.parametrize("command", [[], ["study"], ["study", "paper"], ["bench"], ["models"]])
-def test_short_help(command):
-    result = runner.invoke(app, [*command, "-h"])
+STUDIES = [["study", name] for name in ("paper", "faults", "discretization", "linearization")]
+
+
+@pytest.mark.parametrize("command", [[], ["study"], *STUDIES, ["bench"], ["models"]])
+def test_help_fits_80_columns_and_is_whole(command):
+    result = CliRunner(env={"COLUMNS": "80"}).invoke(app, [*command, "-h"])
     assert result.exit_code == 0
     assert "Usage:" in result.output
+    assert max(map(len, result.output.splitlines())) <= 80
+    assert "...\n" not in result.output.partition("Commands:")[2]
+    assert ("--json" in result.output) == ("--quiet" in result.output) == (command not in ([], ["study"]))
+
+
+def test_help_says_what_quiet_is():
+    assert "Print names only." in runner.invoke(app, ["models", "-h"]).output
+    assert "Print errors only." in runner.invoke(app, ["bench", "-h"]).output
 
 
 def test_completion_can_be_installed():

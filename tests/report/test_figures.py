@@ -10,7 +10,7 @@ import xarray as xr
 from problems import pendulum
 
 import rumo
-from rumo.report.charts import Chart, Panels
+from rumo.report.charts import NEUTRAL, Chart, Line, Panels
 from rumo.report.figures import draw
 from rumo.report.plots import plot
 from rumo.simulation.recorder import Recorder
@@ -70,6 +70,15 @@ def test_print_and_page_show_the_same(charts):
         for line, trace, source in zip(printed.lines, interactive.data, chart.lines, strict=True):
             np.testing.assert_array_equal(line.get_ydata(), source.y)
             np.testing.assert_array_equal(trace.y, source.y)
+
+
+def test_a_panel_alone_has_all_the_width():
+    line = Line("a", np.arange(3.0), np.arange(3.0), NEUTRAL)
+    one, three = (Panels("key", "Title", "x [1]", "y [1]", n * (("Panel", (line,)),)) for n in (1, 3))
+    assert (one.columns, one.rows, three.columns, three.rows) == (1, 1, 2, 2)
+    for content in (one, three):
+        assert sum(axes.get_visible() for axes in draw(content).axes) == len(content.panels)
+        assert plot(content).layout.xaxis.domain[1] == (1.0 if content is one else pytest.approx(0.48))
 
 
 def test_legend_covers_no_data(charts):

@@ -27,7 +27,7 @@ def bench(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure how long a step takes: one recorded drive, replayed through every controller."""
+    """Measure how long a step takes. One recorded drive is replayed through every controller."""
     with errors_in_words():
         from rumo.bench import SCENARIOS
         from rumo.bench.report import report

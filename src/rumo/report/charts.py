@@ -108,9 +108,14 @@ class Panels(Content):
     height: float = 1.45
 
     @property
+    def columns(self) -> int:
+        """Columns of panels; one alone has all the width."""
+        return min(COLUMNS, len(self.panels))
+
+    @property
     def rows(self) -> int:
         """Rows of panels."""
-        return -(-len(self.panels) // COLUMNS)
+        return -(-len(self.panels) // self.columns)
 
     @property
     def from_zero(self) -> bool:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rumo.files import write_whole
-from rumo.report.charts import COLUMNS, LIMIT, Chart, Line, Panels, bins
+from rumo.report.charts import LIMIT, Chart, Line, Panels, bins
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -92,7 +92,7 @@ def _draw_panels(content: Panels) -> Figure:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.0, 1.0 + content.height * content.rows), layout="constrained")
         grid = figure.subplots(
-            content.rows, COLUMNS, sharex="x" in content.shared, sharey="y" in content.shared, squeeze=False
+            content.rows, content.columns, sharex="x" in content.shared, sharey="y" in content.shared, squeeze=False
         )
         for axes, (title, lines) in zip(grid.flat, content.panels, strict=False):
             if content.shaded is not None:
@@ -109,7 +109,7 @@ def _draw_panels(content: Panels) -> Figure:
                 axes.set_ylim(bottom=0.0)
         for axes in grid.flat[len(content.panels) :]:
             axes.set_visible(False)
-        for axes in grid.flat[max(len(content.panels) - COLUMNS, 0) : len(content.panels)]:
+        for axes in grid.flat[max(len(content.panels) - content.columns, 0) : len(content.panels)]:
             axes.set_xlabel(content.x_label)
             axes.tick_params(labelbottom=True)
         figure.suptitle(content.title, fontsize=11)
