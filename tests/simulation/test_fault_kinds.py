@@ -54,7 +54,7 @@ def scenario(**changes):
     return Scenario(problem, **(settings | changes))
 
 
-@pytest.mark.parametrize("name", STUDY.controllers)
+@pytest.mark.parametrize("name", ["rti", "ltv", pytest.param("nlp", marks=pytest.mark.slow)])
 def test_drives_of_the_study(name):
     base = replace(STUDY.base, duration=STUDY.duration, seed=STUDY.seed)
     problem, plant = base.problem(), base.plant()

@@ -18,7 +18,10 @@ posix = pytest.mark.skipif(os.name == "nt", reason="processes are not sent SIGIN
 
 
 @posix
-@pytest.mark.parametrize(("name", "trials"), [("rti", 24), ("nlp", 6)])
+@pytest.mark.parametrize(
+    ("name", "trials"),
+    [("rti", 8), ("nlp", 3), *(pytest.param(name, 60, marks=pytest.mark.slow) for name in ("rti", "nlp"))],
+)
 def test_at_random_times(name, trials):
     result = subprocess.run([sys.executable, SCRIPT, name, str(trials)], capture_output=True, text=True, timeout=300)
     assert not result.stderr
