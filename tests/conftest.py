@@ -3,11 +3,23 @@
 Tests run on all cores: matrices as small as these gain nothing from further threads.
 """
 
+import gc
 import os
 import sys
 from pathlib import Path
+
+import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 os.environ.setdefault("RUMO_BACKEND", "portable")
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(name, "1")
+
+
+@pytest.fixture(autouse=True, scope="module")
+def little_to_collect():
+    """Each simulation collects garbage before it begins: modules and tests, which stay, need not be gone through."""
+    gc.collect()
+    gc.freeze()
+    yield
+    gc.unfreeze()

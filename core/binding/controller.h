@@ -60,7 +60,7 @@ public:
         api_->engage(core_, state.data(), inputs.data());
     }
 
-    void start(nb::handle x) {
+    void rest(nb::handle x) {
         const Vector state(x, states(), "x");
         Lock lock(*this);
         api_->start(core_, state.data());
@@ -70,12 +70,6 @@ public:
         const Vector values(inputs, decided(), "applied");
         Lock lock(*this);
         std::copy_n(values.data(), decided(), api_->applied(core_));
-    }
-
-    void set_parameters(nb::handle parameters) {
-        const Vector values(parameters, static_cast<std::size_t>(sizes_.horizon * sizes_.parameters), "parameters");
-        Lock lock(*this);
-        api_->set_parameters(core_, values.data());
     }
 
     void get_applied(nb::handle inputs) {

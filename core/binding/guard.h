@@ -62,6 +62,8 @@ public:
         api_->guard_rest(guard_, out.writable());
     }
 
+    bool keep(double straying) { return api_->guard_keep(guard_, straying) != 0; }
+
     void drop() { api_->guard_drop(guard_); }
 
     int admit(nb::handle x, nb::handle reference, std::size_t count, nb::object reach) {

@@ -14,7 +14,6 @@ using namespace nb::literals;
 NB_MODULE(_core, module) {
     module.attr("VERSION") = RUMO_CORE_VERSION;
     module.attr("GATE_STAGES") = RUMO_GATE_STAGES;
-    module.attr("STRAYED") = RUMO_STRAYED;
     module.attr("SLACK_TOLERANCE") = RUMO_SLACK_TOLERANCE;
     module.attr("TABLES") = tables();
     module.def("build", [](std::uintptr_t table) { return std::string(table_at(table)->build); }, "table"_a = 0);
@@ -23,10 +22,9 @@ NB_MODULE(_core, module) {
         .def("configure", &Controller::configure)
         .def("update", &Controller::update)
         .def("reset", &Controller::reset)
-        .def("start", &Controller::start)
+        .def("rest", &Controller::rest)
         .def("engage", &Controller::engage)
         .def("set_applied", &Controller::set_applied)
-        .def("set_parameters", &Controller::set_parameters)
         .def("get_applied", &Controller::get_applied)
         .def("counts", &Controller::counts)
         .def("prepare", &Controller::prepare)
@@ -43,6 +41,7 @@ NB_MODULE(_core, module) {
         .def("get_applied", &Guard::get_applied)
         .def("counts", &Guard::counts)
         .def("rest", &Guard::rest)
+        .def("keep", &Guard::keep)
         .def("drop", &Guard::drop)
         .def("admit", &Guard::admit, "x"_a, "reference"_a, "count"_a, "reach"_a.none())
         .def("follow", &Guard::follow, "u"_a.none(), "x"_a.none(), "inner"_a.none(), "cause"_a)

@@ -13,11 +13,10 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 3
+#define RUMO_CORE_VERSION 4
 
 /* What the failure policy goes by; methods outside the core read these too. */
 #define RUMO_GATE_STAGES 15       /* over which the gate asks how far a state can go: over a long horizon, anywhere */
-#define RUMO_STRAYED 0.03         /* a guess farther from the dynamics than this share of what the inputs can do has strayed */
 #define RUMO_SLACK_TOLERANCE 1e-6 /* a constraint counts as violated above this share of its scale */
 
 /* What a step came to; the order is that of rumo.Status. */
@@ -188,8 +187,6 @@ typedef struct rumo_api {
     void (*start)(rumo_controller *, const double *x);
     /* Guess of a trajectory of the caller's: states (N + 1, nx), inputs (N, nu). */
     void (*engage)(rumo_controller *, const double *x, const double *u);
-    /* Parameters (N, np) from the next preparation on; after a reset they are the problem's. */
-    void (*set_parameters)(rumo_controller *, const double *);
     double *(*applied)(rumo_controller *); /* (max(delay, 1), nu), oldest first; may be written to */
     long long *(*counts)(rumo_controller *); /* (RUMO_STATUS_COUNT,) steps by status since the last reset */
     int (*prepared)(const rumo_controller *); /* whether a preparation has been made for the next feedback */
@@ -213,6 +210,9 @@ typedef struct rumo_api {
     long long *(*guard_counts)(rumo_guard *);
     /* The next solution starts from a state at rest, with the inputs u (N, nu); or there is no guess. */
     void (*guard_rest)(rumo_guard *, double *u);
+    /* Whether a guess is kept that has been prepared: `straying` is how far it is from the dynamics, over what the inputs can
+     * do (0 where that does not matter). */
+    int (*guard_keep)(rumo_guard *, double straying);
     void (*guard_drop)(rumo_guard *);
     /* Whether a measurement and all that is wanted (count,) can be used: OPTIMAL, or why not. `reach` (nx,): how far all
      * inputs can move each state over the next stages, NULL where not known. */

@@ -7,18 +7,19 @@
 #include "base/dims.h"
 #include "guard/guard.h"
 #include "stages/stages.h"
-#include "solve/dense/dense.c"
 
-/* The solver of this build. */
-#define SOLVER dense_solver
-typedef dense solver_memory;
+/* The file that defines this build's solver, see solve/stage_solver.h. */
+#ifndef RUMO_SOLVER
+#define RUMO_SOLVER "solve/dense/dense.c"
+#endif
+#include RUMO_SOLVER
 
 struct rumo_controller {
     dims s;
     rumo_problem problem;
     rumo_settings settings;
     stage_maps stages;       /* the guess, and the horizon linearised there */
-    solver_memory solver;
+    solver_memory solving;
     stage_step step;         /* from the guess, as solved for; its constraints are the plan's */
     rumo_guard guard;        /* what is applied, whatever happened, and whether there is a guess */
 
@@ -26,11 +27,11 @@ struct rumo_controller {
     double *inner;           /* (ni, lanes): its other unknowns of the intervals, see inner.c */
     double *guess_rest;      /* constraints, z, diagnostics of the iteration before, see attempt() */
     int prepared;
-    double *last_reference;  /* (N + 1, ny): wanted at the sample before, one sample on */
+    double *last_reference;  /* (N + 1, ny): wanted at the sample before, */
+    double *expected;        /* and the same one sample later */
     int has_reference;
     double last_step;        /* largest change of a free input in the iteration before, NaN if there was none */
     double straying;         /* of the last guess linearised about, see straying() */
-    int settled;             /* whether guesses have satisfied the dynamics since the last one at rest */
     double prepare_seconds, linearize_seconds, linearized_at;
 };
 

@@ -3,6 +3,7 @@
  *
  *   RUMO_TABLE     name of the exported table of functions
  *   RUMO_BUILD     what it was built for, a string
+ *   RUMO_SOLVER    file that defines the stage solver, see solve/stage_solver.h; dense condensing if not given
  *   RUMO_TAILORED  with RUMO_SIZES, the members of rumo_sizes, and RUMO_EVALUATE, a file that defines evaluate() and
  *                  evaluate_inner() of tape.c for one model
  */
@@ -56,7 +57,6 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     reset_controller,
     start_guess,
     engage,
-    set_parameters,
     applied_inputs,
     status_counts,
     is_prepared,
@@ -75,6 +75,7 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     guard_applied,
     guard_counts,
     rest,
+    keep_guess,
     drop_guess,
     admit,
     follow_candidate,

@@ -2,15 +2,16 @@
 #ifndef RUMO_NUMBERS_C
 #define RUMO_NUMBERS_C
 
+#include "base/blocks.h"
 #include "base/copies.c"
 #include "controller.h"
 #include "rules.c"
 #include "stages/inner.c"
 
-static void set_parameters(rumo_controller *ctl, const double *parameters) {
+/* The parameters (N, np), number k in lane k. */
+static void take_parameters(rumo_controller *ctl) {
     const int np = ctl->problem.sizes.parameters;
-    to_lanes(parameters, np, np, ctl->s.N, ctl->s.lanes, ctl->stages.p_lanes);
-    ctl->prepared = 0;
+    to_lanes(ctl->problem.numbers.parameter_values, np, np, ctl->s.N, ctl->s.lanes, ctl->stages.p_lanes);
 }
 
 /* Whether the limits of interval k are those of a block: its own, and the one before where an input is on the way. */
@@ -66,7 +67,7 @@ RARE static rumo_fault update_numbers(rumo_controller *ctl, const rumo_numbers *
     const rumo_fault fault = check_numbers(&fresh, &ctl->problem);
     if (fault.error) return fault;
     const rumo_bounds *was = &old->bounds, *is = &fresh.bounds;
-    const int bounded = s->N * s->nu, np = sizes->parameters;
+    const int bounded = s->N * s->nu;
     /* Multipliers are kept, but not where their rows come or go, or their units or ranges change. */
     const int scales = differ(fresh.input_scales, old->input_scales, s->nu);
     const int prices = differ(fresh.l1, old->l1, s->nc) || differ(fresh.l2, old->l2, s->nc);
@@ -81,9 +82,9 @@ RARE static rumo_fault update_numbers(rumo_controller *ctl, const rumo_numbers *
                        differ(fresh.move_weights, old->move_weights, s->n) ||
                        differ(fresh.constraint_scales, old->constraint_scales, s->nc);
     assign_rumo_numbers(old, &fresh, sizes);
-    SOLVER.renumber(&ctl->solver);
-    if (given_parameters) to_lanes(old->parameter_values, np, np, s->N, s->lanes, ctl->stages.p_lanes);
-    if (scales || prices || rows) SOLVER.forget(&ctl->solver);
+    solver.renumber(&ctl->solving);
+    if (given_parameters) take_parameters(ctl);
+    if (scales || prices || rows) solver.forget(&ctl->solving);
     if (linear) ctl->prepared = 0;
     return no_fault;
 }

@@ -17,8 +17,9 @@ RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) 
     ctl->inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     ctl->guess_rest = alloc_doubles(a, rest_of_plan(&s));
     ctl->last_reference = alloc_doubles(a, (s.N + 1) * s.ny);
+    ctl->expected = alloc_doubles(a, (s.N + 1) * s.ny);
     lay_out_stages(a, &ctl->stages, own, p);
-    SOLVER.lay_out(a, &ctl->solver, own, p);
+    solver.lay_out(a, &ctl->solving, own, p);
     ctl->step.dx = alloc_doubles(a, (ptrdiff_t)(s.N + 1) * s.ldx);
     ctl->step.du = alloc_doubles(a, s.N * s.nu);
     ctl->step.constraints = plan_constraints(ctl);
@@ -44,9 +45,8 @@ static void configure(rumo_controller *ctl, const rumo_settings *settings) {
 
 RARE static void reset_controller(rumo_controller *ctl) {
     reset_guard(&ctl->guard);
-    ctl->prepared = ctl->stages.balanced = ctl->settled = ctl->has_reference = 0;
-    set_parameters(ctl, ctl->problem.numbers.parameter_values);
-    SOLVER.forget(&ctl->solver);
+    ctl->prepared = ctl->stages.balanced = ctl->has_reference = 0;
+    solver.forget(&ctl->solving);
     ctl->prepare_seconds = ctl->linearize_seconds = ctl->straying = 0.0;
     ctl->last_step = NAN;
 }
@@ -55,7 +55,8 @@ RARE static rumo_controller *create_controller(const rumo_problem *p, const rumo
     arena a = {aligned(memory), 0};
     rumo_controller *ctl = (rumo_controller *)alloc(&a, sizeof *ctl);
     lay_out(&a, ctl, p);
-    SOLVER.renumber(&ctl->solver);
+    solver.renumber(&ctl->solving);
+    take_parameters(ctl);
     configure(ctl, settings);
     reset_controller(ctl);
     return ctl;

@@ -6,6 +6,7 @@
 #include "controller.h"
 #include "guard/follow.c"
 #include "guard/gate.c"
+#include "guard/stray.c"
 #include "iterate.c"
 
 /* Linearise about the plan next. */
@@ -17,11 +18,31 @@ static void guess_plan(rumo_controller *ctl) {
     copy(ctl->stages.guess_inner, ctl->inner, s->ni * s->lanes);
 }
 
+/* Linearise about the guess; without numbers there, or where the guess has strayed, there is none. */
+static int prepare_guess(rumo_controller *ctl) {
+    ctl->guard.has_guess = linearize(ctl, !ctl->guard.resting) && keep_guess(&ctl->guard, ctl->straying);
+    return ctl->guard.has_guess;
+}
+
+/* What was wanted at the last sample, one sample later; the end of it stays. */
+static void expect_reference(rumo_controller *ctl) {
+    const dims *s = &ctl->s;
+    const rumo_shift *shift = &ctl->problem.shift;
+    for (int k = 0; k <= s->N; ++k) {
+        const double *begin = ctl->last_reference + shift->stages[k] * s->ny;
+        const double share = smaller(shift->shares[k], 1.0);
+        for (int r = 0; r < s->ny; ++r)
+            ctl->expected[k * s->ny + r] = begin[r] + share * (begin[s->ny + r] - begin[r]);
+    }
+}
+
 /* Iterate on the state that is expected at the next sample, and what was wanted at the last. */
 static void advance_guess(rumo_controller *ctl) {
-    for (int i = 0; ctl->guard.has_guess && ctl->has_reference && i < ctl->settings.preparation_iterations; ++i) {
+    if (!ctl->guard.has_guess || !ctl->has_reference) return;
+    expect_reference(ctl);
+    for (int i = 0; ctl->guard.has_guess && i < ctl->settings.preparation_iterations; ++i) {
         rumo_plan ignored = {0};
-        if (!is_solved(iterate(ctl, ctl->stages.guess_x, ctl->last_reference, &ignored))) return;
+        if (!is_solved(iterate(ctl, ctl->stages.guess_x, ctl->expected, &ignored))) return;
         const int done = change(ctl) < ctl->settings.sqp_tolerance;
         guess_plan(ctl);
         ctl->guard.has_guess = linearize(ctl, 0);
@@ -33,42 +54,30 @@ static void prepare(rumo_controller *ctl) {
     const double start = seconds_now();
     ctl->linearize_seconds = NAN;
     if (ctl->guard.has_guess) {
-        ctl->guard.has_guess = linearize(ctl, !ctl->guard.resting);
+        (void)prepare_guess(ctl);
         ctl->linearize_seconds = ctl->linearized_at - start;
-    }
-    if (ctl->guard.has_guess) {
-        /* A plan made from a wild measurement would keep misleading its successors. */
-        const int strayed = !(ctl->straying < RUMO_STRAYED);
-        ctl->guard.has_guess = !(ctl->settled && strayed && !ctl->guard.resting);
-        ctl->settled = !strayed;
     }
     if (ctl->settings.preparation_iterations > 0) advance_guess(ctl);
     ctl->prepared = 1;
     ctl->prepare_seconds = seconds_now() - start;
 }
 
-/* Keep what is wanted, one sample later; the end of it stays. */
-static void keep_reference(rumo_controller *ctl, const double *reference) {
-    const dims *s = &ctl->s;
-    const rumo_shift *shift = &ctl->problem.shift;
-    for (int k = 0; k <= s->N; ++k) {
-        const double *begin = reference + shift->stages[k] * s->ny;
-        const double share = smaller(shift->shares[k], 1.0);
-        for (int r = 0; r < s->ny; ++r)
-            ctl->last_reference[k * s->ny + r] = begin[r] + share * (begin[s->ny + r] - begin[r]);
-    }
-    ctl->has_reference = 1;
+/* What is wanted can be expected at the next sample too, whatever the measurement is worth. */
+static int keep_reference(rumo_controller *ctl, const double *reference) {
+    const int count = (ctl->s.N + 1) * ctl->s.ny;
+    if (!all_finite(reference, count)) return 0;
+    copy(ctl->last_reference, reference, count);
+    return ctl->has_reference = 1;
 }
 
 static rumo_status attempt(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
     const dims *s = &ctl->s;
-    const rumo_status finite = finite_sample(s->nx, x, reference, (s->N + 1) * s->ny);
+    const rumo_status finite = finite_sample(s->nx, x, keep_reference(ctl, reference));
     if (finite != RUMO_OPTIMAL) return finite;
-    if (ctl->settings.preparation_iterations > 0) keep_reference(ctl, reference);
     if (!plausible(&ctl->guard, x, ctl->stages.near_reach)) return RUMO_BAD_MEASUREMENT;
     if (!ctl->guard.has_guess) {
         start_guess(ctl, x);
-        if (!linearize(ctl, 0)) return RUMO_SOLVER_FAILED;
+        if (!prepare_guess(ctl)) return RUMO_SOLVER_FAILED;
     }
     rumo_status status = iterate(ctl, x, reference, plan);
     for (int i = 1; i < ctl->settings.sqp_iterations && is_solved(status); ++i) {

@@ -2,7 +2,7 @@
  *
  *   soak [steps over all fixtures] [seed]
  */
-#include "core.c"
+#include "core.h"
 
 #include "check.h"
 #include "fixture.h"

@@ -1,5 +1,5 @@
 /* No step allocates: the C library's allocator is replaced by one that counts, and every status is brought about. */
-#include "core.c"
+#include "core.h"
 
 #include "check.h"
 #include "fixture.h"

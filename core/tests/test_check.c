@@ -1,5 +1,5 @@
 /* check() finds one wrong thing at a time, and says where. */
-#include "core.c"
+#include "core.h"
 
 #include "check.h"
 #include "fixture.h"

@@ -1,5 +1,5 @@
 /* Sine, cosine, tangent and arctangent against the C library's in long double. */
-#include "core.c"
+#include "base/elementary.h"
 
 #include "check.h"
 #include "random.h"

@@ -1,5 +1,5 @@
 /* Elimination of the unknowns against a dense LU with row pivoting in long double. */
-#include "core.c"
+#include "stages/eliminate.c"
 
 #include "check.h"
 #include "patterns.h"

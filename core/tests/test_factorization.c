@@ -1,5 +1,5 @@
 /* The Cholesky factor, its inverse and the transpose of that, for random Hessians. */
-#include "core.c"
+#include "solve/dense/factorise.c"
 
 #include "check.h"
 #include "random.h"

@@ -1,5 +1,5 @@
 /* The QP solver: small programs with solutions known by hand, and random ones by their optimality conditions. */
-#include "core.c"
+#include "core.h"
 
 #include "check.h"
 #include "random.h"

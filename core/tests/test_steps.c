@@ -1,5 +1,5 @@
 /* Steps on recorded problems: the same plans as the NumPy reference's, whatever the memory and whoever else steps. */
-#include "core.c"
+#include "core.h"
 
 #include "check.h"
 #include "fixture.h"
@@ -53,7 +53,7 @@ static rumo_controller *made(const fixture *f, void **memory) {
 /* Memory of exactly the size asked, beginning anywhere; filled with what must not matter. */
 static void any_memory(const fixture *f) {
     const size_t size = rumo_core.size(f->problem);
-    for (size_t offset = 0; offset <= ALIGNMENT; offset += offset < 3 ? 1 : 7) {
+    for (size_t offset = 0; offset < ALIGNMENT; offset = 2 * offset + 1) {
         unsigned char *memory = memory_of(offset + size);
         memset(memory, 0xA5, offset + size);
         follow_record(f, rumo_core.create(f->problem, &usual, memory + offset));

@@ -1,5 +1,5 @@
 /* Other numbers between two samples: the same as a controller made with them, and at once where bounds are concerned. */
-#include "core.c"
+#include "core.h"
 
 #include "check.h"
 #include "fixture.h"

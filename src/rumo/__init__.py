@@ -3,60 +3,59 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from rumo.controllers import (
-    Controller,
-    ControllerSettings,
-    DirectNlp,
-    InnovationGate,
-    LinearTimeVarying,
-    LtvSettings,
-    NlpSettings,
-    QpOptions,
-    RealTimeIteration,
-    Settings,
-)
-from rumo.discretization import (
-    Bdf2,
-    Discretization,
-    ExplicitEuler,
-    Gauss2,
-    ImplicitEuler,
-    ImplicitMidpoint,
-    Radau2,
-    Radau3,
-    Rk4,
-    Sdirk2,
-    Trapezoidal,
-)
-from rumo.errors import (
-    ArgumentError,
-    CallOrderError,
-    FrozenError,
-    PlantError,
-    RumoError,
-    ShapeError,
-    UnknownAttributeError,
-    UnknownNameError,
-)
-from rumo.grid import Grid, IncrementBlocks, InputBlocks, MoveBlocks
-from rumo.model import Algebraic, Model, Output, Parameter
-from rumo.plan import Plan
-from rumo.problem import Problem
-from rumo.status import Status
-from rumo.terms import Bounds, Constraint, Penalty, Weight
 from rumo.version import __version__
 
 if TYPE_CHECKING:
+    from rumo.controllers import (
+        Controller,
+        ControllerSettings,
+        DirectNlp,
+        InnovationGate,
+        LinearTimeVarying,
+        LtvSettings,
+        NlpSettings,
+        QpOptions,
+        RealTimeIteration,
+        Settings,
+    )
+    from rumo.discretization import (
+        Bdf2,
+        Discretization,
+        ExplicitEuler,
+        Gauss2,
+        ImplicitEuler,
+        ImplicitMidpoint,
+        Radau2,
+        Radau3,
+        Rk4,
+        Sdirk2,
+        Trapezoidal,
+    )
+    from rumo.errors import (
+        ArgumentError,
+        CallOrderError,
+        FrozenError,
+        PlantError,
+        RumoError,
+        ShapeError,
+        UnknownAttributeError,
+        UnknownNameError,
+    )
     from rumo.estimation import Butterworth, ExtendedKalman
+    from rumo.grid import Grid, IncrementBlocks, InputBlocks, MoveBlocks
+    from rumo.model import Algebraic, Model, Output, Parameter
+    from rumo.plan import Plan
+    from rumo.problem import Problem
     from rumo.report.show import show
     from rumo.simulation import faults
     from rumo.simulation.loop import ClosedLoop
     from rumo.simulation.plant import Plant
     from rumo.simulation.recorder import Recorder
-    from rumo.simulation.run import simulate
     from rumo.simulation.sample import Sample
-    from rumo.simulation.scenario import Scenario
+    from rumo.simulation.scenario import Scenario, simulate
     from rumo.simulation.sensors import Sensors
+    from rumo.status import Status
+    from rumo.terms import Bounds, Constraint, Penalty, Weight
 
 __all__ = [
     "Algebraic",
@@ -117,25 +116,30 @@ __all__ = [
     "simulate",
 ]
 
-# A controller alone needs neither SciPy nor a plotting library.
-_LAZY = {
-    "Butterworth": "rumo.estimation",
-    "ClosedLoop": "rumo.simulation",
-    "ExtendedKalman": "rumo.estimation",
-    "Plant": "rumo.simulation",
-    "Recorder": "rumo.simulation",
-    "Sample": "rumo.simulation",
-    "Scenario": "rumo.simulation",
-    "Sensors": "rumo.simulation",
-    "faults": "rumo.simulation",
-    "show": "rumo.report.show",
-    "simulate": "rumo.simulation",
-}
+_ROOMS = (
+    "errors",
+    "status",
+    "model",
+    "grid",
+    "terms",
+    "problem",
+    "plan",
+    "discretization",
+    "controllers",
+    "estimation",
+    "simulation",
+    "report.show",
+)
+"""Where public names are, which are loaded when they are asked for: help on a command needs no CasADi, a controller
+alone neither SciPy nor a plotting library."""
 
 
 def __getattr__(name: str) -> Any:
-    if name in _LAZY:
-        return getattr(import_module(_LAZY[name]), name)
+    if name in __all__:
+        for room in _ROOMS:
+            module = import_module(f"rumo.{room}")
+            if hasattr(module, name):
+                return globals().setdefault(name, getattr(module, name))
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

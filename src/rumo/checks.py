@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+import inspect
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -11,12 +12,16 @@ from numpy.typing import NDArray
 from rumo.errors import ArgumentError, ShapeError, UnknownNameError
 
 T = TypeVar("T")
+LARGEST = 2**31 - 1
+"""The largest int that the C core takes."""
 
 
-def whole_number(value: object, argument: str, least: int) -> int:
-    """`value` as an int of at least `least`; anything else raises, naming `argument`."""
+def whole_number(value: object, argument: str, least: int, most: float = LARGEST) -> int:
+    """`value` as an int from `least` to `most`; anything else raises, naming `argument`."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
         raise ArgumentError(argument, repr(value), f"a whole number of at least {least}")
+    if value > most:
+        raise ArgumentError(argument, repr(value), f"a whole number of at most {most}")
     return int(value)
 
 
@@ -37,6 +42,13 @@ def non_negative_number(value: object, argument: str) -> float:
     return float(value)  # pyright: ignore[reportArgumentType] -- NumPy's complex numbers do not compare
 
 
+def finite_number(value: object, argument: str) -> float:
+    """`value` as a finite float; anything else raises, naming `argument`."""
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not np.isfinite(value):
+        raise ArgumentError(argument, repr(value), "a finite number")
+    return float(value)  # pyright: ignore[reportArgumentType] -- NumPy's complex numbers fail here, loudly
+
+
 def as_numbers(value: object, argument: str) -> NDArray[np.floating[Any]]:
     """`value` as an array of floats."""
     try:
@@ -50,6 +62,16 @@ def as_list(value: object, argument: str, expected: str) -> list[Any]:
     if isinstance(value, str) or not isinstance(value, Sequence | np.ndarray) or not len(value):
         raise ArgumentError(argument, repr(value), expected)
     return list(value)
+
+
+def as_names(value: object, argument: str) -> tuple[str, ...]:
+    """`value`, a sequence of names, as a tuple. A text raises: to Python it is a sequence of letters."""
+    if isinstance(value, str):
+        raise ArgumentError(argument, repr(value), "a tuple of names", f"Write ({value!r},).")
+    names: tuple[Any, ...] = tuple(value) if isinstance(value, Iterable) else (value,)
+    if not all(isinstance(name, str) for name in names):
+        raise ArgumentError(argument, repr(value), "a tuple of names")
+    return names
 
 
 def as_mapping(value: object, argument: str) -> dict[str, Any]:
@@ -77,9 +99,21 @@ def checked(value: object, argument: str, kind: type[T], cure: str = "") -> T:
     return value
 
 
+def check_signature(function: Callable[..., Any], argument: str, count: int, expected: str, cure: str) -> None:
+    """Raise unless a function can be called with so many arguments."""
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # of some built-in functions
+        return
+    try:
+        signature.bind(*[None] * count)
+    except TypeError:
+        raise ArgumentError(argument, f"a function of {signature}", expected, cure) from None
+
+
 def known_names(names: Collection[str], argument: str, known: Collection[str]) -> None:
     """Raises unless there is a name, and all are known."""
-    if not names:
+    if not as_names(names, argument):
         raise ArgumentError(argument, "none", f"some of {', '.join(known)}")
     for name in names:
         if name not in known:

@@ -33,7 +33,7 @@ class Draft:
         N, ny, nu = len(structure.shares), len(structure.outputs), len(structure.model.inputs)
         nc = len(structure.rows)
         if numbers is not None:
-            self._arrays = {field.name: getattr(numbers, field.name).copy() for field in fields(numbers)}
+            self._arrays = {field.name: getattr(numbers, field.name) for field in fields(numbers)}
         else:
             self._arrays: dict[str, Array] = {
                 "shares": structure.shares,
@@ -57,12 +57,12 @@ class Draft:
         """Weights of a tracked output or an input's moves."""
         tracked, column = self._place(name, argument)
         values = stage_weights(value, argument, len(self._structure.shares), positive=not tracked)
-        self._arrays["tracking" if tracked else "moving"][:, column] = values
+        self._own("tracking" if tracked else "moving")[:, column] = values
 
     def span(self, name: str, value: object, argument: str) -> None:
         """Range of a tracked output or an input."""
         tracked, column = self._place(name, argument)
-        self._arrays["ranges" if tracked else "input_scales"][column] = positive_number(value, argument)
+        self._own("ranges" if tracked else "input_scales")[column] = positive_number(value, argument)
 
     def _place(self, name: str, argument: str) -> tuple[bool, int]:
         """Whether a name is a tracked output's, else an input's, and its column."""
@@ -72,15 +72,15 @@ class Draft:
         return (True, outputs.index(name)) if name in outputs else (False, inputs.index(name))
 
     def bound(self, name: str, value: BoundsLike, argument: str) -> None:
-        """Bounds of an input or of a state; a pair leaves a penalty as it is."""
+        """Bounds of an input or of a state, whose penalty stays where none is given."""
         inputs, variables = self._structure.model.inputs, self._structure.model.variables
         if name not in (*inputs, *variables):
             raise UnknownNameError("bounds", name, (*inputs, *variables), "Bound anything else by constraints=.")
         lower, upper = as_limits(value, argument, len(self._structure.shares))
         if name in inputs:
             _refuse_penalty(value, argument)
-            self._arrays["input_lower"][:, inputs.index(name)] = lower
-            self._arrays["input_upper"][:, inputs.index(name)] = upper
+            self._own("input_lower")[:, inputs.index(name)] = lower
+            self._own("input_upper")[:, inputs.index(name)] = upper
             return
         rows = {row.side: j for j, row in enumerate(self._structure.rows) if row.bounded == name}
         for side, limits, word in ((1, upper, "upper"), (-1, lower, "lower")):
@@ -100,9 +100,9 @@ class Draft:
                 )
         for side, limits in ((1, upper), (-1, lower)):
             if side in rows:
-                self._arrays["limits"][:, rows[side]] = side * limits
-                self._arrays["constraint_scales"][rows[side]] = _width(lower, upper)
-        if isinstance(value, Bounds):
+                self._own("limits")[:, rows[side]] = side * limits
+                self._own("constraint_scales")[rows[side]] = _width(lower, upper)
+        if isinstance(value, Bounds) and value.penalty is not None:
             self._price(list(rows.values()), value.penalty, f"{argument}.penalty")
 
     def bound_moves(self, name: str, value: BoundsLike, argument: str) -> None:
@@ -124,7 +124,7 @@ class Draft:
                 f"none: the problem was made without move bounds for {name!r}",
                 "Make it with some, as wide as you like, to have rows that can be changed.",
             )
-        self._arrays["move_lower"][i], self._arrays["move_upper"][i] = lower, upper
+        self._own("move_lower")[i], self._own("move_upper")[i] = lower, upper
 
     def limit(self, name: str, value: object, argument: str) -> None:
         """Limits of a constraint given by an expression."""
@@ -138,7 +138,7 @@ class Draft:
             )
         if not np.isfinite(values).all():
             raise ArgumentError(argument, str(values.tolist()), "finite numbers")
-        self._arrays["limits"][:, names.index(name)] = values
+        self._own("limits")[:, names.index(name)] = values
 
     def penalise(self, name: str, penalty: Penalty | None, argument: str) -> None:
         """Penalty of a constraint, or of both bounds of a state; None makes them hard."""
@@ -154,14 +154,35 @@ class Draft:
         inputs = self._structure.model.inputs
         numbers = inputs.finite_vector(values, "safe_input", np.zeros(len(inputs)))
         for name in values:
-            self._arrays["chosen"][inputs.index(name)] = numbers[inputs.index(name)]
+            self._own("chosen")[inputs.index(name)] = numbers[inputs.index(name)]
 
     def set_parameters(self, values: Mapping[str, ArrayLike]) -> None:
         """Parameters of the model."""
         self._arrays["parameters"] = parameter_table(self._structure.model, self._arrays["parameters"], values)
 
     def finished(self) -> ProblemNumbers:
-        """The numbers, if the safe input lies within the bounds of the first interval whose input is free."""
+        """The numbers, if they can hold together and be scaled."""
+        self._place_safe_input()
+        bounded = self._changed("input_lower", "input_upper")
+        scaled = self._changed("tracking", "ranges", "moving", "input_scales", "constraint_scales", "prices")
+        numbers = ProblemNumbers(**self._arrays)
+        if bounded:
+            self._check_blocks(numbers)
+        if scaled:
+            self._check_scaled(numbers)
+        return numbers
+
+    def _own(self, name: str) -> Array:
+        """An array to write to; those of others cannot be."""
+        if not self._arrays[name].flags.writeable:
+            self._arrays[name] = self._arrays[name].copy()
+        return self._arrays[name]
+
+    def _changed(self, *names: str) -> bool:
+        return any(self._arrays[name].flags.writeable for name in names)
+
+    def _place_safe_input(self) -> None:
+        """Within the bounds of the first interval whose input is free."""
         d = self._structure.delay
         lower, upper = self._arrays["input_lower"][d], self._arrays["input_upper"][d]
         chosen = self._arrays["chosen"]
@@ -172,11 +193,45 @@ class Draft:
                 f"a value within the bounds ({lower[i]:g}, {upper[i]:g})",
             )
         self._arrays["safe_input"] = np.where(np.isnan(chosen), np.clip(np.zeros(len(chosen)), lower, upper), chosen)
-        return ProblemNumbers(**self._arrays)
+
+    def _check_blocks(self, numbers: ProblemNumbers) -> None:
+        """Whether the bounds of all intervals of a block leave it a value."""
+        d, inputs = self._structure.delay, self._structure.model.inputs
+        lower, upper = self._structure.blocks.bounds(numbers.input_lower[d:], numbers.input_upper[d:])
+        for block, i in np.argwhere(lower > upper):
+            raise ArgumentError(
+                f"bounds[{inputs.names[i]!r}]",
+                f"at least {lower[block, i]:g} and at most {upper[block, i]:g} within block {block + 1} of the inputs",
+                "bounds that leave the block a value",
+                "Let bounds change where a block begins, or make blocks shorter.",
+            )
+
+    def _check_scaled(self, numbers: ProblemNumbers) -> None:
+        """Whether weights and prices stay numbers over ranges or scales."""
+        structure = self._structure
+        signals = (("track", structure.outputs), ("moves", structure.model.inputs))
+        tracked, moved = ([f"{argument}[{name!r}]" for name in names] for argument, names in signals)
+        rows = [f"bounds[{row.bounded!r}]" if row.bounded else f"constraints[{row.name!r}]" for row in structure.rows]
+        with np.errstate(all="ignore"):
+            columns = (
+                (tracked, numbers.tracking, numbers.ranges, numbers.output_weights),
+                (moved, numbers.moving, numbers.input_scales, numbers.move_weights),
+                (rows, numbers.prices[:1], numbers.constraint_scales, numbers.l1[None]),
+                (rows, numbers.prices[1:], numbers.constraint_scales, numbers.l2[None]),
+            )
+        for names, given, ranges, scaled in columns:
+            lost = (given > 0.0) & (given < np.inf) & ~((scaled >= np.finfo(float).tiny) & (scaled < np.inf))
+            for k, j in np.argwhere(lost):
+                raise ArgumentError(
+                    names[j],
+                    f"{given[k, j]:g} for a range of {ranges[j]:g}",
+                    "weights, penalties and ranges whose ratio is a number",
+                    "Choose a unit in which the signal is neither tiny nor huge.",
+                )
 
     def _price(self, rows: Sequence[int], penalty: Penalty | None, argument: str) -> None:
         check_penalty(penalty, argument)
-        self._arrays["prices"][:, rows] = [[np.inf], [0.0]] if penalty is None else [[penalty.l1], [penalty.l2]]
+        self._own("prices")[:, rows] = [[np.inf], [0.0]] if penalty is None else [[penalty.l1], [penalty.l2]]
 
 
 def parameter_table(model: Model, table: Array, values: Mapping[str, ArrayLike], argument: str = "parameters") -> Array:

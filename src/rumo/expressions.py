@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 import warnings
 from collections.abc import Callable, Sequence
+from textwrap import shorten
 from typing import Any
 
 import casadi as ca
 
+from rumo.checks import check_signature
 from rumo.errors import ArgumentError, RumoError
 
 COMPARISONS = (ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_NOT, ca.OP_AND, ca.OP_OR)
 BRANCH = "Write ca.if_else(x.v > 0, a, b) for a condition, ca.fmax(a, b) and ca.fmin(a, b), ca.logic_and(a, b)."
 FUNCTION = "Write CasADi's functions of signals: ca.sin(x.v), not math.sin(x.v) or np.sin(x.v)."
+ARGUMENTS = "a function of (x, u, p): states, inputs, parameters"
 NUMBERS_ONLY = ("SX", "casadi", "NaN to integer", "dtype('O')", "NamedSymbols")
 """Parts of what Python, NumPy and CasADi say where a symbol should be a number."""
 
@@ -23,7 +25,7 @@ def called(function: Callable[..., Any], symbols: Sequence[Any], argument: str) 
     """What `function(x, u, p)` returns; a function that does not suit symbols raises, naming `argument`."""
     if not callable(function):
         raise ArgumentError(argument, repr(function), "a function (x, u, p) -> expression")
-    _check_arguments(function, argument)
+    check_signature(function, argument, 3, ARGUMENTS, "Write lambda x, u, p: ..., also where not all are used.")
     try:
         with warnings.catch_warnings():
             # NumPy's functions work on scalars, in some versions with a notice about vectors.
@@ -61,24 +63,8 @@ def as_scalar(expression: Any, argument: str) -> Any:
     if not all(map(math.isfinite, constants)):
         raise ArgumentError(
             argument,
-            f"{result} with NaN or infinity in it",
+            f"{shorten(str(result), 80)} with NaN or infinity in it",
             "finite numbers",
             "If it comes from math.sin(x.v): that takes numbers only. Write ca.sin(x.v).",
         )
     return result
-
-
-def _check_arguments(function: Callable[..., Any], argument: str) -> None:
-    try:
-        signature = inspect.signature(function)
-    except (TypeError, ValueError):  # of some built-in functions
-        return
-    try:
-        signature.bind(None, None, None)
-    except TypeError:
-        raise ArgumentError(
-            argument,
-            f"a function of {signature}",
-            "a function of (x, u, p): states, inputs, parameters",
-            "Write lambda x, u, p: ..., also where not all are used.",
-        ) from None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from errno import EIO
 from pathlib import Path
 from secrets import token_hex
 
@@ -17,6 +18,11 @@ def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
         Where the file shall be; the folder must exist.
     write : callable
         Writes a file to the path that it is given, with the same suffix.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written; its `filename` is `path`.
     """
     path = Path(path)
     # A name by chance, of a file that is not there until it is written: nothing is left if Ctrl-C comes before.
@@ -24,7 +30,8 @@ def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
     try:
         write(temporary)
         os.replace(temporary, path)
-    except BaseException:  # Ctrl-C too
+    except OSError as error:
+        raise OSError(error.errno or EIO, error.strerror or str(error), str(path)) from error
+    finally:
         temporary.unlink(missing_ok=True)
-        raise
     return path

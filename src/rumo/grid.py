@@ -98,6 +98,15 @@ class MoveBlocks(ABC):
         matrix[intervals, self.block_of] = 1.0 - self.shares()
         return matrix
 
+    def bounds(self, lower: Array, upper: Array) -> tuple[Array, Array]:
+        """Lower and upper bounds of each block's value (nb, nu): those (intervals, nu) of all it has a share in."""
+        intervals, blocks = np.nonzero(self.matrix[:, 1:])
+        shape = len(self.lengths), lower.shape[1]
+        lowest, highest = np.full(shape, -np.inf), np.full(shape, np.inf)
+        np.maximum.at(lowest, blocks, lower[intervals])
+        np.minimum.at(highest, blocks, upper[intervals])
+        return lowest, highest
+
     def values(self, u: Array) -> Array:
         """The blocks' values (nb, nu) that stand for inputs (intervals, nu)."""
         return np.add.reduceat(self.parts()[:, None] * u, self.first)
@@ -161,7 +170,7 @@ def stages_of(grid: Grid | None, horizon: int, sampling_time: float, delay: int)
             f"{len(ahead)} of the sampling time, {sampling_time:g} s",
             "Inputs of the first intervals are applied for a sampling time each: see Grid.geometric(equal=...).",
         )
-    steps[: delay + 1] = sampling_time
+    steps[np.isclose(steps, sampling_time, rtol=1e-9, atol=0.0)] = sampling_time
     return steps, np.concatenate([[0.0], np.cumsum(steps)])
 
 

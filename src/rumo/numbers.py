@@ -13,7 +13,7 @@ from rumo.structure import Structure
 from rumo.terms import Penalty
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ProblemNumbers:
     """The numbers of a problem; arrays that cannot be written to.
 
@@ -99,7 +99,7 @@ class ProblemNumbers:
         return _fixed(self.prices[1] * self.stakes / _squares(self.constraint_scales))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PathConstraint:
     """A path constraint with its numbers, `expression <= limits`.
 
@@ -138,4 +138,4 @@ def _fixed(array: Array) -> Array:
 
 
 def _squares(array: Array) -> Array:
-    return np.array([number**2 for number in array.tolist()])
+    return np.array([number**2 if number < 1e154 else np.inf for number in array.tolist()])

@@ -146,29 +146,33 @@ class Plan:
         self.iterations = iterations
         self.conflict = conflict
 
+    @property
+    def problem(self) -> Problem:
+        """What was solved, with the numbers of that step."""
+        return self._layout.problem
+
     def _part(self, index: int) -> Array:
         return self._numbers[self._layout.parts[index]].reshape(self._layout.shapes[index])
 
     @property
     def command(self) -> NamedArray[float]:
         """The input to apply `delay` samples after the measurement (nu,); always finite and within bounds."""
-        problem = self._layout.problem
-        return NamedArray(problem.model.inputs, self._part(0)[problem.delay])
+        return NamedArray(self.problem.model.inputs, self._part(0)[self.problem.delay])
 
     @property
     def u(self) -> NamedArray[Array]:
         """Inputs of the horizon (N, nu); the first `delay` are those already decided, then comes the command."""
-        return NamedArray(self._layout.problem.model.inputs, self._part(0))
+        return NamedArray(self.problem.model.inputs, self._part(0))
 
     @property
     def x(self) -> NamedArray[Array]:
         """Predicted states (N + 1, nx), the measurement first; NaN where nothing was predicted."""
-        return NamedArray(self._layout.problem.model.states, self._part(1))
+        return NamedArray(self.problem.model.states, self._part(1))
 
     @property
     def z(self) -> NamedArray[Array]:
         """Predicted algebraic variables at stages 1 to N (N, nz); NaN where nothing was predicted."""
-        return NamedArray(self._layout.problem.model.algebraic, self._part(3))
+        return NamedArray(self.problem.model.algebraic, self._part(3))
 
     @property
     def constraints(self) -> NamedArray[Array]:
@@ -176,12 +180,12 @@ class Plan:
 
         As linearised where the controller linearises; NaN where nothing was solved.
         """
-        return NamedArray(self._layout.problem.constraint_names, self._part(2))
+        return NamedArray(self.problem.constraint_names, self._part(2))
 
     @property
     def slacks(self) -> NamedArray[Array]:
         """Amount by which each path constraint is violated at stages 1 to N (N, nc); NaN where nothing was solved."""
-        return NamedArray(self._layout.problem.constraint_names, np.maximum(self._part(2), 0.0))
+        return NamedArray(self.problem.constraint_names, np.maximum(self._part(2), 0.0))
 
     @property
     def diagnostics(self) -> Diagnostics:
@@ -197,7 +201,7 @@ class Plan:
     @property
     def violations(self) -> list[Violation]:
         """Violated path constraints, the largest share of its scale first; empty where nothing was solved."""
-        problem, slacks = self._layout.problem, self.slacks.values
+        problem, slacks = self.problem, self.slacks.values
         shares = slacks / problem.constraint_scales
         found = [
             Violation(problem.constraints[j].name, int(k) + 1, float(slacks[k, j]), float(shares[k, j]))

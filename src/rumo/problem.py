@@ -140,6 +140,7 @@ class Problem(Sealed):
             model=model,
             shares=self.steps / self.sampling_time,
             delay=self.delay,
+            blocks=self.blocks,
             outputs=self.outputs,
             output_rows=self.output_rows,
             rows=rows_of(model, self.horizon, bounds, constraints),
@@ -184,8 +185,9 @@ class Problem(Sealed):
         ranges : mapping of str to float
             Of the same.
         bounds : mapping of str to Bounds or (lower, upper)
-            Of inputs, and of states that were made with such a bound; a pair leaves a state's penalty as it is. Each
-            may be N numbers: for a state at stages 1 to N, for an input on intervals 1 to N.
+            Of inputs, and of states that were made with such a bound; without a penalty, a state's stays as it is:
+            `penalties` make it hard. Each may be N numbers: for a state at stages 1 to N, for an input on intervals
+            1 to N.
         move_bounds : mapping of str to Bounds or (lower, upper)
             Of inputs whose moves were bounded when the problem was made.
         limits : mapping of str to float or sequence of float, length N
@@ -265,12 +267,7 @@ class Problem(Sealed):
     @property
     def block_bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of each block's input (nb, nu): those of all intervals that it has a share in."""
-        intervals, blocks = np.nonzero(self.blocks.matrix[:, 1:])
-        lower = np.full((len(self.blocks.lengths), len(self.model.inputs)), -np.inf)
-        upper = -lower
-        np.maximum.at(lower, blocks, self.numbers.input_lower[self.delay :][intervals])
-        np.minimum.at(upper, blocks, self.numbers.input_upper[self.delay :][intervals])
-        return lower, upper
+        return self.blocks.bounds(self.numbers.input_lower[self.delay :], self.numbers.input_upper[self.delay :])
 
     @property
     def block_move_weights(self) -> Array:

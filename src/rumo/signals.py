@@ -15,6 +15,13 @@ Array = NDArray[np.floating[Any]]
 Values = Mapping[str, float] | Sequence[float] | ArrayLike
 
 
+def read_only(values: ArrayLike) -> Array:
+    """A copy as floats that cannot be written to: whoever has it may keep it."""
+    array = np.array(values, dtype=float)
+    array.flags.writeable = False
+    return array
+
+
 class Signals:
     """An ordered, immutable set of signal names, each with a unit.
 
@@ -155,7 +162,8 @@ class NamedSymbols:
         if name.startswith("_"):
             raise AttributeError(name)
         if name not in self._signals:
-            raise UnknownAttributeError(self._signals.role, name, self._signals)
+            role = self._signals.role
+            raise UnknownAttributeError(role, name, self._signals, f"Add it to the model's {role}, or correct it.")
         return self[name]
 
 

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from rumo.errors import ArgumentError
+from rumo.grid import MoveBlocks
 from rumo.model import Model
 from rumo.signals import Array, Signals
 from rumo.terms import BoundsLike, Constraint, as_limits
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Row:
     """A path constraint `expression <= limit` without its numbers.
 
@@ -33,7 +34,7 @@ class Row:
     side: int = 1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Structure:
     """What a problem is made of, without its numbers.
 
@@ -48,6 +49,7 @@ class Structure:
     model: Model
     shares: Array
     delay: int
+    blocks: MoveBlocks
     outputs: Signals
     output_rows: tuple[Any, ...]
     rows: tuple[Row, ...]

@@ -2,17 +2,21 @@
 
 import io
 import json
+import logging
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from problems import pendulum
 from rich.console import Console
 from typer.testing import CliRunner
 
 import rumo
-from rumo.cli import app
-from rumo.cli.console import print_table
+from rumo.cli import main
+from rumo.cli.app import app
+from rumo.cli.console import print_error, print_note, print_table
+from rumo.cli.progress import progress
 from rumo.registry import MODELS
 from rumo.report.tables import Table
 
@@ -107,9 +111,8 @@ def test_command_is_installed():
 
 
 def test_import_leaves_the_heavy_libraries_alone():
-    code = (
-        "import rumo, sys; print([m for m in ('scipy', 'xarray', 'matplotlib', 'plotly', 'rich') if m in sys.modules])"
-    )
+    heavy = ("numpy", "casadi", "scipy", "xarray", "matplotlib", "plotly", "rich", "typer")
+    code = f"import sys, rumo.cli; print([name for name in {heavy} if name in sys.modules])"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"
 
@@ -133,14 +136,28 @@ def test_a_plant_that_fails_leaves_what_was_driven(tmp_path, monkeypatch):
     assert load(tmp_path / "log-rti.nc").sizes["time"] == 6
 
 
-def test_json_is_the_summary_and_nothing_else(tmp_path):
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Figures take most of the time of a short study."""
+    monkeypatch.setattr("rumo.report.figures.write_figures", lambda *_: None)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_json_is_the_summary_and_nothing_else_and_progress_on_a_pipe_is_lines_on_standard_error(tmp_path):
     result = runner.invoke(app, [*SHORT, "--json", "--output", str(tmp_path)])
     assert result.exit_code == 0, result.output
     assert result.stdout == (tmp_path / "summary.json").read_text()
+    lines = result.stderr.splitlines()
+    assert lines[0] == "rti: started"
+    assert any(line.startswith("rti: 100 %, ") for line in lines)
+
+
+def test_json_of_models():
     models = runner.invoke(app, ["models", "--json"])
     assert json.loads(models.stdout)["cart_pendulum"]["inputs"] == {"force": "N"}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_quiet_says_nothing_but_errors(tmp_path):
     result = runner.invoke(app, [*SHORT, "--quiet", "--output", str(tmp_path)])
     assert (result.exit_code, result.output) == (0, "")
@@ -151,32 +168,37 @@ def test_quiet_says_nothing_but_errors(tmp_path):
     assert runner.invoke(app, ["models", "--quiet"]).stdout.split() == list(MODELS)
 
 
-@pytest.mark.parametrize("command", [[], ["study"], ["study", "paper"], ["bench"], ["models"]])
-def test_short_help(command):
-    result = runner.invoke(app, [*command, "-h"])
+STUDIES = [["study", name] for name in ("paper", "faults", "discretization", "linearization")]
+
+
+@pytest.mark.parametrize("command", [[], ["study"], *STUDIES, ["bench"], ["models"]])
+def test_help_fits_80_columns_and_is_whole(command):
+    result = CliRunner(env={"COLUMNS": "80"}).invoke(app, [*command, "-h"])
     assert result.exit_code == 0
     assert "Usage:" in result.output
+    assert max(map(len, result.output.splitlines())) <= 80
+    assert "...\n" not in result.output.partition("Commands:")[2]
+    assert ("--json" in result.output) == ("--quiet" in result.output) == (command not in ([], ["study"]))
+
+
+def test_help_says_what_quiet_is():
+    assert "Print names only." in runner.invoke(app, ["models", "-h"]).output
+    assert "Print errors only." in runner.invoke(app, ["bench", "-h"]).output
 
 
 def test_completion_can_be_installed():
     assert "--install-completion" in runner.invoke(app, ["-h"]).output
 
 
-def test_progress_on_a_pipe_is_lines_on_standard_error(tmp_path):
-    result = runner.invoke(app, [*SHORT, "--output", str(tmp_path)])
-    lines = result.stderr.splitlines()
-    assert lines[0] == "rti: started"
-    assert any(line.startswith("rti: 100 %, ") for line in lines)
-    assert "started" not in result.stdout
-
-
-def test_compiling_for_the_first_time_is_said(tmp_path):
-    environment = {"RUMO_BACKEND": "auto", "RUMO_CACHE": str(tmp_path / "cache")}
-    first, second = (
-        CliRunner(env=environment).invoke(app, [*SHORT, "--output", str(tmp_path / "out")]) for _ in range(2)
-    )
-    assert "Compiling the core for this problem" in first.stderr
-    assert "Compiling" not in second.stderr
+def test_compiling_for_the_first_time_is_said(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("RUMO_CACHE", str(tmp_path))
+    said = []
+    for _ in range(2):
+        with progress():
+            rumo.RealTimeIteration(pendulum(), backend="tailored")
+        said.append(capsys.readouterr().err)
+    assert "Compiling the core for this problem" in said[0]
+    assert not said[1]
 
 
 def test_tables_fit_80_columns_without_splitting_words():
@@ -213,3 +235,64 @@ def test_a_reader_that_has_gone_is_no_traceback():
         process.stdout.close()
         assert process.stderr.read() == ""
     assert process.returncode == 1
+
+
+class Full(io.StringIO):
+    """A stream that takes nothing."""
+
+    def __init__(self, terminal):
+        super().__init__()
+        self.terminal = terminal
+
+    def isatty(self):
+        return self.terminal
+
+    def write(self, text):
+        raise OSError(28, "No space left on device")
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+@pytest.mark.parametrize("quiet", [True, False])
+def test_progress_that_nobody_can_read_does_not_end_the_work(monkeypatch, terminal, quiet):
+    monkeypatch.setattr(sys, "stderr", Full(terminal))
+    with progress(quiet) as told:
+        told("rti", 0, 2)
+        logging.getLogger("rumo").warning("The portable build is used.")
+        print_note("A note.")
+        told("rti", 2, 2)
+    print_error("An error.")
+
+
+@pytest.fixture
+def ended(monkeypatch, capsys):
+    """Runs the command by what is in its place; its exit code and standard error."""
+
+    def run(place):
+        monkeypatch.setattr("rumo.cli.entry._run", place)
+        with pytest.raises(SystemExit) as end:
+            main()
+        return end.value.code, capsys.readouterr().err
+
+    return run
+
+
+def test_errors_of_files_are_not_those_of_the_output(ended, tmp_path):
+    code, errors = ended((tmp_path / "there is none.toml").read_text)
+    assert code == 1
+    assert errors == f"Error: [Errno 2] No such file or directory: '{tmp_path / 'there is none.toml'}'\n"
+
+
+def test_ctrl_c_while_modules_are_imported_is_an_exit_code(ended):
+    def interrupted():
+        raise KeyboardInterrupt
+
+    assert ended(interrupted) == (130, "")
+
+
+def test_closed_standard_streams_are_no_error(ended, monkeypatch):
+    for name in ("stdout", "stderr"):
+        monkeypatch.setattr(sys, name, None)
+    code, _ = ended(lambda: sys.stdout.write("version"))
+    assert code == len("version")
+    sys.stdout.close()
+    sys.stderr.close()

@@ -1,15 +1,32 @@
 """Ctrl-C at any moment: what was done is written and marked, and nothing false is."""
 
 import json
+import os
 import random
 import signal
 import subprocess
 import sys
 import time
+from threading import Timer
 
 import pytest
+from typer.testing import CliRunner
+
+import rumo.bench
+import rumo.report.figures
+import rumo.report.page
+from rumo.cli.app import app
+from rumo.cli.sequence import run_study
+from rumo.references import SinePath
+from rumo.references.base import OfTime
+from rumo.simulation import load
+from rumo.studies import PaperStudy
+from rumo.studies.base import carry_out
+from rumo.studies.linearization import LinearizationStudy
+from rumo.studies.linearization.study import SweptRun
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT for a child alone")
+EXIT = Exception  # of Typer, which has moved it from version to version
 INTERRUPTED = (130, -signal.SIGINT)
 """While Python itself starts, it is the signal that ends it; a shell says 130 as well."""
 
@@ -40,7 +57,23 @@ def assert_true_as_far_as_it_goes(folder, code, errors):
                 assert value > 3.0 or (run["lost"], run["unsolved_share"]) == (False, 0.0)
 
 
-@pytest.mark.parametrize("trial", [*range(3), *(pytest.param(k, marks=pytest.mark.slow) for k in range(3, 20))])
+@pytest.mark.parametrize("trial", range(3))
+def test_ctrl_c_at_a_random_time_claims_nothing_false(tmp_path, monkeypatch, trial):
+    timer = Timer(random.Random(trial).uniform(0.0, 1.5), os.kill, (os.getpid(), signal.SIGINT))
+
+    def started(*arguments):
+        timer.start()
+        yield from carry_out(*arguments)
+
+    monkeypatch.setattr("rumo.studies.base.carry_out", started)
+    monkeypatch.setattr(rumo.report.figures, "write_figures", lambda *_: None)
+    with pytest.raises(EXIT) as end:
+        run_study(LinearizationStudy(("nlp", "rti"), {"initial_error": range(9)}), tmp_path, quiet=True)
+    assert_true_as_far_as_it_goes(tmp_path, end.value.exit_code, "")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("trial", range(20))
 def test_an_interrupted_study_claims_nothing_false(tmp_path, trial):
     arguments = ["study", "linearization", "--controllers", "nlp,rti", "--sweeps", "initial_error"]
     code, errors = interrupted([*arguments, "--output", tmp_path], random.Random(trial).uniform(0.0, 8.0))
@@ -48,9 +81,7 @@ def test_an_interrupted_study_claims_nothing_false(tmp_path, trial):
 
 
 def test_an_interrupted_drive_is_kept_and_marked(tmp_path):
-    from rumo.simulation import load
-
-    code, errors = interrupted(["study", "paper", "--controllers", "nlp", "--output", tmp_path], 2.0)
+    code, errors = interrupted(["study", "paper", "--controllers", "nlp", "--output", tmp_path], 1.0)
     assert code in INTERRUPTED, errors
     log = load(tmp_path / "log-nlp.nc")
     assert log.attrs["complete"] == "no"
@@ -58,28 +89,101 @@ def test_an_interrupted_drive_is_kept_and_marked(tmp_path):
     assert json.loads((tmp_path / "summary.json").read_text())["controllers"] == {}
 
 
-def test_a_swallowed_interrupt_is_not_forgotten(tmp_path, monkeypatch):
-    from rumo.cli.sequence import run_study
-    from rumo.studies.linearization import LinearizationStudy
-    from rumo.studies.linearization.study import SweptRun
+@pytest.fixture
+def stopped(tmp_path):
+    """Runs a tiny study; what stopped it, the summary and the page."""
+    study = LinearizationStudy(("rti",), {"speed": (8.0, 9.0, 10.0)}, duration=0.4)
 
+    def run(expected):
+        with pytest.raises(expected) as caught:
+            run_study(study, tmp_path, quiet=True)
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+        content, page = json.loads((tmp_path / "summary.json").read_text()), (tmp_path / "report.html").read_text()
+        assert content["complete"] is False
+        return caught.value, content, page
+
+    return run
+
+
+def ctrl_c(*_):
+    signal.raise_signal(signal.SIGINT)
+
+
+def test_a_swallowed_interrupt_is_not_forgotten(stopped, monkeypatch):
     drive, drives = SweptRun.run, iter(range(9))
 
     def swallowing(self, *, progress=None):
         log = drive(self, progress=progress)
         if next(drives) == 1:
             try:
-                signal.raise_signal(signal.SIGINT)
+                ctrl_c()
             except KeyboardInterrupt:
                 log = log.isel(time=slice(0, 3))  # as if the plant had failed
         return log
 
     monkeypatch.setattr(SweptRun, "run", swallowing)
-    study = LinearizationStudy(("rti",), {"speed": (8.0, 9.0, 10.0)}, duration=0.4)
-    with pytest.raises(Exception) as stopped:  # noqa: PT011 -- of Typer, which has moved it from version to version
-        run_study(study, tmp_path, quiet=True)
-    assert stopped.value.exit_code == 130
-    content = json.loads((tmp_path / "summary.json").read_text())
-    assert content["complete"] is False
+    end, content, page = stopped(EXIT)
+    assert end.exit_code == 130
     assert content["sweeps"]["speed"]["values"] == [8.0]
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert "1 of 3 runs were done, then: interrupted." in page
+
+
+def test_an_error_in_a_run_leaves_the_others(stopped, monkeypatch):
+    drive, drives = SweptRun.run, iter(range(9))
+
+    def failing(self, *, progress=None):
+        return drive(self, progress=progress) if next(drives) < 2 else 1 / 0
+
+    monkeypatch.setattr(SweptRun, "run", failing)
+    _, content, page = stopped(ZeroDivisionError)
+    assert content["sweeps"]["speed"]["values"] == [8.0, 9.0]
+    assert "2 of 3 runs were done, then: ZeroDivisionError: division by zero." in page
+
+
+@pytest.mark.parametrize("presses", [1, 3])
+@pytest.mark.parametrize("place", ["report", "page", "figures"])
+def test_ctrl_c_at_the_end_leaves_summary_and_page(stopped, monkeypatch, place, presses):
+    owner, name = {
+        "report": (LinearizationStudy, "report"),
+        "page": (rumo.report.page, "write_page"),
+        "figures": (rumo.report.figures, "write_figures"),
+    }[place]
+    works, pressed = getattr(owner, name), iter(range(presses))
+
+    def interrupted(*arguments):
+        for _ in pressed:
+            ctrl_c()
+        return works(*arguments)
+
+    monkeypatch.setattr(owner, name, interrupted)
+    end, content, page = stopped(EXIT)
+    assert end.exit_code == 130
+    assert content["sweeps"]["speed"]["values"] == [8.0, 9.0, 10.0]
+    assert "3 of 3 runs were done, then: interrupted." in page
+
+
+def test_ctrl_c_in_the_benchmark_leaves_what_was_measured(monkeypatch):
+    monkeypatch.setitem(rumo.bench.RUNNERS, "nlp", ctrl_c)
+    arguments = ["bench", "--steps", "100", "--horizon", "2", "--controllers", "nlp", "--json"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 130
+    content = json.loads(result.stdout)
+    assert content["complete"] is False
+    assert list(content["controllers"]) == ["rti"]
+
+
+def test_what_was_driven_before_an_error_is_kept(tmp_path, monkeypatch):
+    looks = iter(range(3))
+
+    def preview(path, times, x):
+        if next(looks, None) is None:
+            raise RuntimeError("no more")
+        return OfTime.preview(path, times, x)
+
+    monkeypatch.setattr(SinePath, "preview", preview)
+    monkeypatch.setattr(rumo.report.figures, "write_figures", lambda *_: None)
+    with pytest.raises(RuntimeError, match="no more"):
+        run_study(PaperStudy(("rti",), duration=0.4), tmp_path, quiet=True)
+    log = load(tmp_path / "log-rti.nc")
+    assert (log.sizes["time"], log.attrs["complete"]) == (3, "no")

@@ -60,8 +60,16 @@ CHANGES = {
         {"bounds": {"rate": (-1.0, STAGES)}},
         {"bounds": BASE["bounds"] | {"rate": rumo.Bounds(-1.0, STAGES, rumo.Penalty(5.0))}},
     ),
-    "state bounds and penalty": (
+    "state bounds without a penalty keep theirs": (
         {"bounds": {"rate": rumo.Bounds(-1.0, 2.0)}},
+        {"bounds": BASE["bounds"] | {"rate": rumo.Bounds(-1.0, 2.0, rumo.Penalty(5.0))}},
+    ),
+    "state bounds and penalty": (
+        {"bounds": {"rate": rumo.Bounds(-1.0, 2.0, rumo.Penalty(7.0))}},
+        {"bounds": BASE["bounds"] | {"rate": rumo.Bounds(-1.0, 2.0, rumo.Penalty(7.0))}},
+    ),
+    "state bounds made hard": (
+        {"bounds": {"rate": rumo.Bounds(-1.0, 2.0)}, "penalties": {"rate": None}},
         {"bounds": BASE["bounds"] | {"rate": (-1.0, 2.0)}},
     ),
     "move bounds": ({"move_bounds": {"torque": (-0.2, 0.3)}}, {"move_bounds": {"torque": (-0.2, 0.3)}}),
@@ -219,6 +227,23 @@ MISTAKES = {
         "safe_input['torque']: got 0.5, expected a value within the bounds (1, 2).",
     ),
     "NaN parameter": ({"parameters": {"gravity": np.nan}}, "parameters['gravity']: got nan, expected a finite number."),
+    "a range whose square is zero": (
+        {"ranges": {"angle": 1e-200}},
+        "track['angle']: got 1 for a range of 1e-200, expected weights, penalties and ranges whose ratio is a number. "
+        "Choose a unit in which the signal is neither tiny nor huge.",
+    ),
+    "a range whose square is infinite": (
+        {"ranges": {"torque": 1e200}},
+        "moves['torque']: got 0.1 for a range of 1e+200",
+    ),
+    "a weight lost over its range": (
+        {"weights": {"torque": 1e-300}, "ranges": {"torque": 1e20}},
+        "moves['torque']: got 1e-300 for a range of 1e+20",
+    ),
+    "bounds so narrow that prices are infinite": (
+        {"bounds": {"rate": (0.0, 1e-310)}},
+        "bounds['rate']: got 5 for a range of 1e-310",
+    ),
     "weights are a list": ({"weights": [1.0]}, "weights: got [1.0], expected a mapping from names."),
 }
 
@@ -231,6 +256,27 @@ def test_mistakes_raise_and_nothing_has_changed(case):
     with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
         problem.changed(**({"parameters": {"gravity": 3.0}} | changes))
     assert all(numbers(problem)[name] is array for name, array in before.items())
+
+
+CROSSED = {"torque": (np.where(np.arange(12) == 5, 0.5, -1.0), np.where(np.arange(12) == 6, 0.2, 1.0))}
+
+
+@pytest.mark.parametrize("blocks", [rumo.InputBlocks([4, 3, 4]), rumo.IncrementBlocks([4, 2, 5])], ids=repr)
+@pytest.mark.parametrize(
+    "make", [lambda b, **s: pendulum(blocks=b, **s), lambda b, **s: pendulum(blocks=b).changed(**s)]
+)
+def test_bounds_that_leave_a_block_no_value(make, blocks):
+    assert pendulum(bounds=CROSSED).delay == 1
+    message = (
+        "bounds['torque']: got at least 0.5 and at most 0.2 within block 2 of the inputs, expected bounds that leave"
+    )
+    with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
+        make(blocks, bounds=CROSSED)
+
+
+def test_numbers_are_scaled_when_a_problem_is_made():
+    with pytest.raises(rumo.ArgumentError, match=r"track\['angle'\]: got 1 for a range of 1e-160"):
+        pendulum(track={"angle": W(1.0, range=1e-160)})
 
 
 def test_limits_without_a_row():

@@ -6,6 +6,7 @@ from problems import car, pendulum
 
 import rumo
 from rumo import Status
+from rumo.signals import NamedArray, Signals
 
 REFERENCE = {"angle": 0.15, "rate": 0.0}
 X = [0.1, 0.0]
@@ -136,11 +137,38 @@ def test_engaging_with_a_plan_linearises_about_it(backend):
         ({"u": np.zeros((5, 1)), "x": np.zeros((14, 2))}, r"plan\['u'\]: got shape \(5, 1\)"),
         ({"u": np.full((12, 1), np.nan), "x": np.zeros((13, 2))}, r"plan\['u'\]: got NaN or infinity"),
         (3.0, "plan: got 3.0, expected a mapping"),
+        ({"u": [[0.0]] * 12, "x": [[0.0, 0.0]] * 13, "X": 0.0}, "plan: got 'X', expected one of x, u"),
+        ({"u": np.zeros((12, 1)), "x": {"angle": 1.0}}, r"plan\['x'\]: got {'angle': 1.0}, expected numbers"),
+        (
+            {"u": NamedArray(Signals({"force": "N"}, "inputs"), np.zeros((12, 1))), "x": np.zeros((13, 2))},
+            r"plan\['u'\]: got values of force, expected those of torque. Give arrays, in this order.",
+        ),
     ],
 )
 def test_what_is_no_plan(plan, message):
     with pytest.raises(rumo.ArgumentError, match=message):
         rumo.RealTimeIteration(pendulum()).engage(applied=[0.0], plan=plan)
+
+
+@every_controller
+def test_what_is_read_cannot_be_written_to_in_vain(make):
+    controller = make(problem())
+    for array in (controller.applied, controller.parameters):
+        with pytest.raises(ValueError, match="assignment destination is read-only"):
+            array[0] = 5.0
+    controller.applied = [0.3]
+    assert controller.applied.tolist() == [[0.3]]
+
+
+def test_a_plan_is_explained_with_the_numbers_it_was_made_with():
+    controller = rumo.RealTimeIteration(problem())
+    plan = controller.step(X, {"angle": 40.0, "rate": 0.0})
+    before, errors = str(controller.explain(plan)), controller.local_error(plan).values
+    assert "moves as fast up as it may" in before
+    controller.update(move_bounds={"torque": (-3.0, 3.0)}, parameters={"gravity": 20.0}, ranges={"torque": 1.0})
+    assert plan.problem.parameters[0, 0] == 9.81
+    assert str(controller.explain(plan)) == before
+    np.testing.assert_array_equal(controller.local_error(plan).values, errors)
 
 
 @every_controller

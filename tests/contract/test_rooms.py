@@ -1,8 +1,9 @@
-"""The import rule: a room imports only from rooms before it and from the leaves."""
+"""The import rule: a room imports only from rooms before it and from the leaves, and modules not in circles."""
 
 import ast
 import subprocess
 import sys
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -65,6 +66,54 @@ def test_imports_point_backwards(path):
     for other in imported_rooms(path):
         allowed = LEAVES if own in LEAVES else order[: order.index(own) + 1]
         assert other in allowed, f"{path} imports from {other}"
+
+
+def module_of(path):
+    return ".".join(("rumo", *path.relative_to(SOURCE).with_suffix("").parts)).removesuffix(".__init__")
+
+
+FILES = {module_of(path): path for path in SOURCE.rglob("*.py")}
+
+
+class Imports(ast.NodeVisitor):
+    """All (module, name) that a file imports, wherever in it; but not those for type checkers alone."""
+
+    def __init__(self, path):
+        self.found = []
+        self.visit(ast.parse(path.read_text()))
+
+    def visit_If(self, node):
+        body = [] if ast.unparse(node.test) == "TYPE_CHECKING" else node.body
+        for statement in (*body, *node.orelse):
+            self.visit(statement)
+
+    def visit_Import(self, node):
+        self.found += [(alias.name, "") for alias in node.names]
+
+    def visit_ImportFrom(self, node):
+        self.found += [(node.module, alias.name) for alias in node.names]
+
+
+def origin(importer, module, name, imports):
+    """Which module a name comes from: for those outside a package, not the `__init__` that hands it on."""
+    if f"{module}.{name}" in FILES:
+        return f"{module}.{name}"
+    if module in FILES and FILES[module].stem == "__init__" and not f"{importer}.".startswith(f"{module}."):
+        inner = next((inner for inner, handed_on in imports[module] if handed_on == name), None)
+        return module if inner is None else origin(module, inner, name, imports)
+    return module
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    imports = {name: Imports(path).found for name, path in FILES.items()}
+    graph = {
+        importer: {origin(importer, module, name, imports) for module, name in found} & FILES.keys()
+        for importer, found in imports.items()
+    }
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        pytest.fail("a circle: " + ", imported by ".join(error.args[1]))
 
 
 def test_a_controller_alone_loads_little():

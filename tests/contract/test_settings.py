@@ -2,6 +2,7 @@
 
 from dataclasses import FrozenInstanceError, replace
 from threading import Thread
+from time import sleep
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from problems import pendulum, swinging_cart
 
 import rumo
 from rumo import InnovationGate, NlpSettings, QpOptions, Settings, Status
+from rumo.controllers import base
 from rumo.controllers.engines.base import Candidate, Method
 from rumo.controllers.engines.guarded import Guarded
 from rumo.controllers.engines.trajectory import Trajectory
@@ -159,6 +161,59 @@ def test_a_subclass_of_the_real_time_iteration():
     assert repr(controller).startswith("Counting(Problem(pendulum")
 
 
+def together(*calls):
+    """Each in a thread of its own."""
+    threads = [Thread(target=call) for call in calls]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+
+
+@pytest.mark.parametrize("make", [rumo.RealTimeIteration, rumo.DirectNlp])
+def test_threads_that_change_a_controller_lose_no_change(make, monkeypatch):
+    def slow(function):
+        def call(*arguments, **named):
+            made = function(*arguments, **named)
+            sleep(0.002)
+            return made
+
+        return call
+
+    controller = make(pendulum())
+    monkeypatch.setattr(rumo.Problem, "changed", slow(rumo.Problem.changed))
+    monkeypatch.setattr(base, "changed", slow(base.changed))
+    together(
+        lambda: controller.update(weights={"angle": 2.0}),
+        lambda: controller.update(weights={"torque": 3.0}),
+        lambda: controller.configure(gate=None),
+        lambda: controller.configure(tolerance=1e-6),
+    )
+    numbers = controller.problem.numbers
+    assert (numbers.tracking[0, 0], numbers.moving[0, 0]) == (2.0, 3.0)
+    assert (controller.settings.gate, controller.settings.tolerance) == (None, 1e-6)
+
+
+def test_a_plan_has_the_numbers_it_was_made_with_whichever_thread_changes_them():
+    controller, plans = rumo.RealTimeIteration(pendulum(), backend="portable", gate=None), []
+    limits = np.linspace(0.1, 1.0, 150).tolist()
+    done = []
+
+    def drive():
+        while not done:
+            plans.append(controller.step(np.zeros(2), np.full((13, 1), 50.0)))
+
+    def change():
+        for limit in limits:
+            controller.update(bounds={"torque": (-limit, limit)})
+        done.append(True)
+
+    together(drive, change)
+    assert len({plan.problem.input_upper[0] for plan in plans}) > 5
+    used, named = np.array([(plan.command["torque"], plan.problem.input_upper[0]) for plan in plans]).T
+    np.testing.assert_allclose(used, named, rtol=1e-9)
+
+
 def test_threads_that_share_a_controller_in_python_wait_for_each_other():
     controller = rumo.DirectNlp(pendulum())
     plans = []
@@ -166,13 +221,24 @@ def test_threads_that_share_a_controller_in_python_wait_for_each_other():
     def drive():
         plans.extend(controller.step([0.1, 0.0], REFERENCE) for _ in range(20))
 
-    threads = [Thread(target=drive) for _ in range(3)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    together(drive, drive, drive)
     assert len(plans) == controller.status_counts.total() == 60
     assert {plan.status for plan in plans} == {Status.OPTIMAL}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda n: Settings(sqp_iterations=n),
+        lambda n: Settings(preparation_iterations=n),
+        lambda n: QpOptions(max_iterations=n),
+        lambda n: InnovationGate(patience=n),
+    ],
+)
+def test_whole_numbers_are_those_that_the_core_takes(change):
+    change(2**31 - 1)
+    with pytest.raises(rumo.ArgumentError, match="got 2147483648, expected a whole number of at most 2147483647"):
+        change(2**31)
 
 
 def test_settings_of_another_kind_are_refused_and_change_nothing():
@@ -180,8 +246,13 @@ def test_settings_of_another_kind_are_refused_and_change_nothing():
         rumo.LinearTimeVarying(pendulum(), settings=Settings(sqp_iterations=10))
     with pytest.raises(rumo.ArgumentError, match="settings: got None"):
         rumo.RealTimeIteration(pendulum(), settings=None)
+    with pytest.raises(rumo.ArgumentError, match=r"expected rumo.Settings\(...\). Write rumo.Settings\(\*\*settings\)"):
+        rumo.RealTimeIteration(pendulum(), settings={"sqp_iterations": 3})
+    ltv = rumo.LinearTimeVarying(pendulum())
+    with pytest.raises(rumo.ArgumentError, match=r"expected rumo.LtvSettings\(...\)"):
+        ltv.settings = Settings()
     controller = rumo.DirectNlp(pendulum())
-    with pytest.raises(rumo.ArgumentError, match="limits that IPOPT takes"):
+    with pytest.raises(rumo.ArgumentError, match="max_iterations: got 1000000000000, expected a whole number"):
         controller.configure(max_iterations=10**12)
     assert controller.settings == NlpSettings()
     assert controller.step([0.0, 0.0], REFERENCE).status is Status.OPTIMAL

@@ -7,7 +7,7 @@ from pathlib import Path
 CORE = Path(__file__).parents[2] / "core"
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror")
 ARITHMETIC = ("-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math")
-SANITIZED = ("-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 INCLUDES = tuple(f"-I{CORE / part}" for part in ("include", "src", "tests"))
 NO_COMPILER = "no C compiler (cc) on this machine"
 
@@ -18,11 +18,29 @@ def compiler():
     return None if found is None else (found,)
 
 
-def compile_c(command, source, output, *flags):
-    """Compile one source file; the compiler's complaint is the test's failure."""
-    arguments = [*command, *STRICT, *ARITHMETIC, *INCLUDES, *flags, str(source), "-o", str(output)]
+def tailored_flags(folder):
+    """What a tailored build is compiled with."""
+    return "-include", str(folder / "tailored.h"), f"-I{folder}"
+
+
+def compile_core(command, output, *flags):
+    """Compile the core; the compiler's complaint is the test's failure."""
+    return _compile(command, output, *flags, "-c", str(CORE / "src" / "core.c"))
+
+
+def compile_test(command, program, core, output, *flags):
+    """Compile a test in C, and link it with a core; of parts that it includes it may leave functions unused."""
+    source = CORE / "tests" / f"{program}.c"
+    return _compile(command, output, "-Wno-unused-function", *flags, str(source), str(core), "-lm")
+
+
+def _compile(command, output, *arguments):
     done = subprocess.run(
-        [*arguments, *([] if "-c" in flags else ["-lm"])], capture_output=True, text=True, timeout=300, check=False
+        [*command, *STRICT, *ARITHMETIC, *INCLUDES, "-o", str(output), *arguments],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""

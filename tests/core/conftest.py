@@ -1,25 +1,72 @@
-"""The problems as C headers, made once."""
+"""The problems as C headers, and the core in several builds: made once in a test run."""
+
+import fcntl
+import os
+import tempfile
+from pathlib import Path
 
 import pytest
+from compiling import SANITIZERS, compile_core, compiler, tailored_flags
 from fixtures import fixture_header, fixtures, pattern_header, tailored_model
+
+
+def made_once(factory, name, make):
+    """A folder that the first worker fills, and all others share."""
+    base = factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / name
+    with folder.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not folder.exists():
+            with tempfile.TemporaryDirectory(dir=folder.parent) as making:
+                whole = Path(making, name)
+                whole.mkdir()
+                make(whole)
+                whole.rename(folder)
+    return folder
+
+
+def write_fixtures(folder, chosen):
+    (folder / "fixtures.h").write_text(fixture_header(chosen, samples=25), encoding="utf-8")
 
 
 @pytest.fixture(scope="session")
 def headers(tmp_path_factory):
     """A folder with fixtures.h and patterns.h."""
-    folder = tmp_path_factory.mktemp("headers")
-    (folder / "fixtures.h").write_text(fixture_header(fixtures(), samples=25), encoding="utf-8")
-    (folder / "patterns.h").write_text(pattern_header(), encoding="utf-8")
-    return folder
+
+    def make(folder):
+        write_fixtures(folder, fixtures())
+        (folder / "patterns.h").write_text(pattern_header(), encoding="utf-8")
+
+    return made_once(tmp_path_factory, "headers", make)
 
 
 @pytest.fixture(scope="session")
 def tailored_headers(tmp_path_factory):
     """A folder with fixtures.h of the paper's car alone, and what a build tailored to it needs: tailored.h, model.h."""
-    folder = tmp_path_factory.mktemp("tailored")
-    chosen = {"car_soft_2": fixtures()["car_soft_2"]}
-    (folder / "fixtures.h").write_text(fixture_header(chosen, samples=25), encoding="utf-8")
-    defines, model = tailored_model(chosen["car_soft_2"])
-    (folder / "tailored.h").write_text(defines, encoding="utf-8")
-    (folder / "model.h").write_text(model, encoding="utf-8")
-    return folder
+
+    def make(folder):
+        chosen = {"car_soft_2": fixtures()["car_soft_2"]}
+        write_fixtures(folder, chosen)
+        defines, model = tailored_model(chosen["car_soft_2"])
+        (folder / "tailored.h").write_text(defines, encoding="utf-8")
+        (folder / "model.h").write_text(model, encoding="utf-8")
+
+    return made_once(tmp_path_factory, "tailored", make)
+
+
+@pytest.fixture(scope="session")
+def core_of(tmp_path_factory, tailored_headers):
+    """The core as an object file: fast, sanitized, or tailored and sanitized."""
+    builds = {
+        "fast": ("-O2", "-Wshadow"),
+        "sanitized": ("-O1", *SANITIZERS),
+        "tailored": ("-O1", *SANITIZERS, *tailored_flags(tailored_headers)),
+    }
+
+    def make(name):
+        folder = made_once(
+            tmp_path_factory, f"core-{name}", lambda folder: compile_core(compiler(), folder / "core.o", *builds[name])
+        )
+        return folder / "core.o"
+
+    return make

@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import pytest
-from compiling import CORE, NO_COMPILER, SANITIZED, compile_c, compiler, run_c
+from compiling import CORE, NO_COMPILER, SANITIZERS, compile_test, compiler, run_c, tailored_flags
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 
@@ -15,18 +15,11 @@ on_linux = pytest.mark.skipif(
 )
 PROGRAMS = sorted(path.stem for path in (CORE / "tests").glob("test_*.c"))
 OWN_ALLOCATOR = "test_allocation"
-LONG_SOAK, SHORT_SOAK = 300_000, 60_000
 ALLOWED = """
     memcpy memset memmove memcmp clock_gettime frexp ldexp
     sqrt fmod asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp
     expm1 log log1p pow hypot erf floor ceil fmin fmax __stack_chk_fail _GLOBAL_OFFSET_TABLE_
 """
-
-
-@pytest.fixture(scope="module")
-def core_object(tmp_path_factory):
-    output = tmp_path_factory.mktemp("core") / "core.o"
-    return compile_c(compiler(), CORE / "src" / "core.c", output, "-O3", "-Wshadow", "-c")
 
 
 @pytest.mark.parametrize("path", FILES, ids=str)
@@ -43,15 +36,13 @@ def test_a_file_can_be_read_in_one_go(path):
 
 
 @pytest.mark.parametrize("program", [name for name in PROGRAMS if name != OWN_ALLOCATOR])
-def test_in_c_under_sanitizers(program, headers, tmp_path):
-    source = CORE / "tests" / f"{program}.c"
-    run_c(compile_c(compiler(), source, tmp_path / program, *SANITIZED, "-O0", f"-I{headers}"))
+def test_in_c_under_sanitizers(program, core_of, headers, tmp_path):
+    run_c(compile_test(compiler(), program, core_of("sanitized"), tmp_path / program, *SANITIZERS, f"-I{headers}"))
 
 
 @on_linux
-def test_no_step_allocates(headers, tmp_path):
-    source = CORE / "tests" / f"{OWN_ALLOCATOR}.c"
-    run_c(compile_c(compiler(), source, tmp_path / OWN_ALLOCATOR, "-O2", f"-I{headers}"))
+def test_no_step_allocates(core_of, headers, tmp_path):
+    run_c(compile_test(compiler(), OWN_ALLOCATOR, core_of("fast"), tmp_path / OWN_ALLOCATOR, f"-I{headers}"))
 
 
 def symbols(core_object, *options):
@@ -61,32 +52,34 @@ def symbols(core_object, *options):
 
 
 @on_linux
-def test_calls_nothing_but_arithmetic_and_the_clock(core_object):
-    needed = {name.split("@")[0] for _, name in symbols(core_object, "-u")}
+def test_calls_nothing_but_arithmetic_and_the_clock(core_of):
+    needed = {name.split("@")[0] for _, name in symbols(core_of("fast"), "-u")}
     assert needed <= set(ALLOWED.split())
 
 
 @on_linux
-def test_has_no_variables(core_object):
-    data = [name for kind, name in symbols(core_object) if kind in "bBsSgGCdD"]
+def test_has_no_variables(core_of):
+    data = [name for kind, name in symbols(core_of("fast")) if kind in "bBsSgGCdD"]
     assert data == ["rumo_core"], "the table of functions is constant, but a loader fills in its addresses"
 
 
 @pytest.mark.parametrize("program", ["test_steps", "test_update", "soak"])
-def test_tailored_under_sanitizers(program, tailored_headers, tmp_path):
-    flags = ("-include", str(tailored_headers / "tailored.h"), f"-I{tailored_headers}")
-    source = CORE / "tests" / f"{program}.c"
-    run_c(compile_c(compiler(), source, tmp_path / program, *SANITIZED, *flags), 5000)
+def test_tailored_under_sanitizers(program, core_of, tailored_headers, tmp_path):
+    flags = *SANITIZERS, *tailored_flags(tailored_headers)
+    run_c(compile_test(compiler(), program, core_of("tailored"), tmp_path / program, *flags), 5000)
 
 
-@pytest.mark.parametrize(
-    ("flags", "steps"), [(("-O2",), SHORT_SOAK), (SANITIZED, SHORT_SOAK // 6)], ids=["fast", "sanitized"]
-)
-def test_random_steps(flags, steps, headers, tmp_path):
-    run_c(compile_c(compiler(), CORE / "tests" / "soak.c", tmp_path / "soak", *flags, f"-I{headers}"), steps)
+@pytest.mark.parametrize(("build", "steps"), [("fast", 30_000), ("sanitized", 5_000)])
+def test_random_steps(build, steps, core_of, headers, tmp_path):
+    run_c(soak(build, core_of, headers, tmp_path), steps)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("flags", "steps"), [(("-O2",), 1_000_000), (SANITIZED, LONG_SOAK)], ids=["fast", "sanitized"])
-def test_many_random_steps(flags, steps, headers, tmp_path):
-    print(run_c(compile_c(compiler(), CORE / "tests" / "soak.c", tmp_path / "soak", *flags, f"-I{headers}"), steps, 2))
+@pytest.mark.parametrize(("build", "steps"), [("fast", 1_000_000), ("sanitized", 300_000)])
+def test_many_random_steps(build, steps, core_of, headers, tmp_path):
+    print(run_c(soak(build, core_of, headers, tmp_path), steps, 2))
+
+
+def soak(build, core_of, headers, tmp_path):
+    flags = SANITIZERS if build == "sanitized" else ()
+    return compile_test(compiler(), "soak", core_of(build), tmp_path / "soak", "-O1", *flags, f"-I{headers}")

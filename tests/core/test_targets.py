@@ -4,7 +4,7 @@ import shutil
 import sys
 
 import pytest
-from compiling import CORE, compile_c, run_c
+from compiling import compile_core, compile_test, run_c, tailored_flags
 
 pytest.importorskip("ziglang", reason="the package ziglang is not installed")
 
@@ -23,18 +23,17 @@ def zig(target):
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_portable_core_compiles_without_warnings(target, tmp_path):
-    compile_c(zig(target), CORE / "src" / "core.c", tmp_path / "core.o", "-O2", "-c")
+    compile_core(zig(target), tmp_path / "core.o", "-O2")
 
 
 @pytest.mark.parametrize("target", ["x86_64-windows-gnu", pytest.param("aarch64-macos", marks=pytest.mark.slow)])
 def test_tailored_core_compiles_without_warnings(target, tailored_headers, tmp_path):
-    flags = ("-include", str(tailored_headers / "tailored.h"), f"-I{tailored_headers}")
-    compile_c(zig(target), CORE / "src" / "core.c", tmp_path / "core.o", "-O2", "-c", *flags)
+    compile_core(zig(target), tmp_path / "core.o", "-O2", *tailored_flags(tailored_headers))
 
 
 def run_emulated(program, headers, tmp_path, *arguments):
-    source = CORE / "tests" / f"{program}.c"
-    made = compile_c(zig(EMULATED), source, tmp_path / program, "-static", "-O2", f"-I{headers}")
+    core = compile_core(zig(EMULATED), tmp_path / "core.o", "-O2")
+    made = compile_test(zig(EMULATED), program, core, tmp_path / program, "-static", "-O2", f"-I{headers}")
     run_c(EMULATOR, made, *arguments)
 
 
@@ -46,5 +45,6 @@ def test_in_c_on_arm(program, headers, tmp_path):
 
 
 @needs_emulator
-def test_random_steps_on_arm(headers, tmp_path):
-    run_emulated("soak", headers, tmp_path, 10_000)
+@pytest.mark.parametrize("steps", [1_000, pytest.param(20_000, marks=pytest.mark.slow)])
+def test_random_steps_on_arm(steps, headers, tmp_path):
+    run_emulated("soak", headers, tmp_path, steps)

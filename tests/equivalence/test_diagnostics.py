@@ -118,3 +118,15 @@ def test_iterations_in_the_preparation_bring_the_plan_nearer_to_the_solution():
         errors[iterations] = max(worst[1:])
     assert errors[1] < 0.3 * errors[0]
     assert errors[3] < 0.1 * errors[1]
+
+
+@pytest.mark.parametrize("backend", ["portable", "reference"])
+@pytest.mark.parametrize("trouble", ["held back", "not finite", "not wanted"])
+def test_a_preparation_expects_what_was_wanted_last(trouble, backend):
+    """Whatever became of that sample: if all then is as expected, nothing is left to do."""
+    controller = rumo.RealTimeIteration(pendulum(), preparation_iterations=1, qp=EXACT, backend=backend)
+    x = controller.step([0.1, 0.0], {"angle": 0.1}).x.values[1]
+    controller.configure(preparation_iterations=0 if trouble == "not wanted" else 1)
+    plan = controller.step({"held back": [1e6, 0.0], "not finite": [np.nan, 0.0]}.get(trouble, x), {"angle": -0.1})
+    controller.configure(preparation_iterations=1)
+    assert controller.step(plan.x.values[1], {"angle": -0.1}).diagnostics.step < 1e-9

@@ -10,8 +10,8 @@ from scipy.linalg import solve_discrete_are
 import rumo
 from rumo.estimation import Butterworth, ExtendedKalman
 from rumo.references import SinePath
-from rumo.report.kpis import driving_kpis
 from rumo.studies import PaperStudy
+from rumo.studies.kpis import driving_kpis
 from rumo.studies.paper import kalman_filter
 from rumo.vehicles import PAPER_CAR
 
@@ -254,6 +254,8 @@ def test_in_a_simulation():
 @pytest.mark.parametrize(
     ("settings", "measured", "message"),
     [
+        ({"x": [0.0]}, ("angle",), "ExtendedKalman.x: got [0.0], expected a mapping from names."),
+        ({"x": {"rate": 0.0}, "deviations": 0.1}, ("angle",), "ExtendedKalman.deviations: got 0.1, expected a mapping"),
         ({}, ("angle",), "x: got no value for rate, expected all of rate."),
         ({"x": {"rate": 0.0}}, ("angle",), "deviations: got no value for rate, expected all of rate."),
         ({"x": {"rate": 0.0, "angle": 1.0}}, ("angle",), "x: got 'angle', expected one of rate."),

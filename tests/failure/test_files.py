@@ -26,3 +26,12 @@ def test_a_file_replaces_the_old_one_under_its_name(tmp_path):
     write_whole(path, lambda place: place.write_text(place.suffix))
     assert path.read_text() == ".png"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_error_says_which_file(tmp_path):
+    def fill(place):
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(OSError, match="No space left") as error:
+        write_whole(tmp_path / "page.html", fill)
+    assert error.value.filename == str(tmp_path / "page.html")

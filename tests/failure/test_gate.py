@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from problems import car, pendulum
+from problems import car, cooled_reactor, pendulum, stiff_reactor, swinging_cart
 
 import rumo
 from rumo import InnovationGate, Status
 from rumo.controllers.engines.guarded import Guarded
+from rumo.controllers.engines.ipopt import Ipopt
 from rumo.controllers.engines.numpy import NumpyRti
 from rumo.transcription import Transcription
 
@@ -166,3 +167,58 @@ def test_backends_judge_sequences_with_freezes_and_jumps_alike(gate):
         assert statuses[0] is statuses[1], (k, statuses)
         seen.add(statuses[0])
     assert (Status.BAD_MEASUREMENT in seen) == (gate is not None)
+
+
+@pytest.mark.parametrize(
+    ("make", "state", "jump"),
+    [(stiff_reactor, 2, 1.0), (cooled_reactor, 1, 3.0), (car, 2, 3.0), (swinging_cart, 1, 3.0)],
+    ids=["stiff_reactor", "cooled_reactor", "car", "swinging_cart"],
+)
+def test_after_a_believed_jump_backends_judge_guesses_alike(make, state, jump):
+    problem, x, reference = make()
+    gate = InnovationGate(width=1.0, patience=0)
+    controllers = [rumo.RealTimeIteration(problem, backend=backend, gate=gate) for backend in BACKENDS]
+    x = np.array(x)
+    for k in range(12):
+        x[state] += jump if k == 3 else 0.0
+        plans = [controller.step(x, reference) for controller in controllers]
+        apart = (plans[1].u.values - plans[0].u.values) / problem.input_scales
+        assert np.abs(apart).max() < 1e-5, k
+        x = plans[0].x.values[1].copy()
+
+
+@pytest.mark.parametrize("make", [rumo.RealTimeIteration, rumo.DirectNlp])
+def test_a_state_that_inputs_could_not_move_at_first_is_judged_once_they_can(make):
+    model = rumo.Model(
+        states={"aside": "m", "speed": "m/s", "heading": "rad"},
+        inputs={"push": "m/s^2", "turn": "rad/s"},
+        dynamics=lambda x, u, p: {"aside": x.speed * x.heading, "speed": u.push, "heading": u.turn},
+    )
+    problem = rumo.Problem(
+        model,
+        horizon=8,
+        sampling_time=0.1,
+        track={"aside": rumo.Weight(1.0), "speed": rumo.Weight(1.0)},
+        moves={"push": rumo.Weight(0.01), "turn": rumo.Weight(0.01)},
+        bounds={"push": (-1.0, 1.0), "turn": (-1.0, 1.0)},
+    )
+    controller, wanted = make(problem), {"aside": 0.1, "speed": 1.0}
+    x = np.zeros(3)
+    for _ in range(5):
+        plan = controller.step(x, wanted)
+        assert plan.status is Status.OPTIMAL
+        x = plan.x.values[1].copy()
+    assert controller.step([1e6, *x[1:]], wanted).status is Status.BAD_MEASUREMENT
+
+
+def test_the_gate_of_ipopt_follows_the_numbers():
+    problem = pendulum()
+    methods = NumpyRti(Transcription(problem), rumo.Settings()), Ipopt(Transcription(problem), rumo.NlpSettings())
+    reached = []
+    for method, settings in zip(methods, (rumo.Settings(), rumo.NlpSettings()), strict=True):
+        engine = Guarded(method, settings)
+        engine.step(GOOD, REFERENCE)
+        engine.update(method.transcription.renumbered(problem.changed(parameters={"gravity": 100.0})))
+        engine.prepare()
+        reached.append(method.reach())
+    np.testing.assert_allclose(reached[1], reached[0])

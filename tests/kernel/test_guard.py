@@ -147,6 +147,18 @@ def test_a_guess_that_led_nowhere_is_dropped_unless_one_at_rest_fails_too(cause)
     assert not keeper.has_guess
 
 
+def test_a_guess_that_strays_is_dropped_if_those_before_it_did_not():
+    keeper = with_plan()
+    assert [keeper.keep(straying) for straying in (0.1, 0.02, 0.02, 0.04)] == [True, True, True, False]
+    assert not keeper.has_guess
+    keeper.rest()
+    assert keeper.keep(np.inf), "one at rest has nothing to satisfy"
+    keeper.follow(candidate([0.2] * N), Status.OPTIMAL)
+    assert [keeper.keep(straying) for straying in (5.0, 0.5, 0.02, np.nan)] == [True, True, True, False]
+    keeper.reset()
+    assert keeper.keep(0.1)
+
+
 @pytest.mark.parametrize("part", range(2))
 @pytest.mark.parametrize(
     ("status", "cause"),

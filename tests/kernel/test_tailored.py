@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ import rumo
 from rumo.controllers.engines.described import core_problem
 from rumo.kernel import tailored as build_for
 from rumo.kernel.tailored import SUFFIX, _compiler, _fingerprint, _sources
+from rumo.status import Status
 from rumo.transcription import Transcription
 
 # The function of that name hides the module.
@@ -211,6 +213,23 @@ def test_plain_flags_where_others_are_not_known(made, cache, monkeypatch, tmp_pa
     runs = stand_in(monkeypatch, tmp_path, body)
     assert first_command(backend="tailored")[0] == "tailored"
     assert len(runs()) == 2
+
+
+@needs_cc
+def test_another_stage_solver(cache, monkeypatch):
+    """All that a step needs of a solver passes through its seam: this one leaves the inputs as they are."""
+    staying = str(Path(__file__).with_name("staying.c"))
+    monkeypatch.setattr("rumo.controllers.engines.core.tailored", lambda description: build_for(description, staying))
+    problem = pendulum(bounds={"torque": (-2.0, 2.0), "angle": (-1.0, 0.31)})
+    controller = rumo.RealTimeIteration(problem, backend="tailored")
+    assert controller.backend == "tailored"
+    controller.reset(applied=[1.0])
+    for x, status in ((X, Status.OPTIMAL), ([0.3, 0.5], Status.SOFT_VIOLATED)):
+        plan = controller.step(x, REFERENCE)
+        assert plan.status is status
+        np.testing.assert_array_equal(plan.u.values, np.ones((12, 1)))
+        for before, after in zip(plan.x.values[:-1], plan.x.values[1:], strict=True):
+            np.testing.assert_allclose(controller.transcription.advance(before, [1.0])[0], after, atol=1e-12)
 
 
 @needs_cc

@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -10,10 +11,17 @@ from problems import pendulum
 
 import rumo
 from rumo.estimation import Butterworth
-from rumo.references import SinePath
+from rumo.references import Following, Sine, SinePath
 from rumo.registry import CONTROLLERS, MODELS
-from rumo.simulation import Gust, OrnsteinUhlenbeck, Plant, Sensors
-from rumo.vehicles import PAPER_CAR, four_wheel
+from rumo.simulation import Constant, Gust, OrnsteinUhlenbeck, Plant, Sensors
+from rumo.vehicles import (
+    PAPER_CAR,
+    Dugoff,
+    VehicleParameters,
+    dynamic_bicycle,
+    four_wheel,
+    friction_circles,
+)
 
 W = rumo.Weight
 
@@ -50,6 +58,10 @@ MODEL_MISTAKES = {
     "unknown derivative": (
         {"dynamics": lambda x, u, p: {"angle": x.rate, "rat": u.torque}},
         "dynamics: got 'rat', expected one of angle, rate. Did you mean 'rate'?",
+    ),
+    "parameter that is none": (
+        {"dynamics": lambda x, u, p: {"angle": x.rate, "rate": u.torque / p.mass}},
+        "parameters: got 'mass', expected nothing: no name exists here. Add it to the model's parameters",
     ),
     "algebraic variable without an equation": (
         {"algebraic": {"force": 1.0}},
@@ -407,6 +419,11 @@ def test_a_controller_needs_a_problem():
         (lambda: rumo.NlpSettings(max_wall_time=0.0), "NlpSettings.max_wall_time: got 0.0, expected a positive"),
         (lambda: Gust(1.0, 2.0, start=0.0, duration=0.0), "duration: got 0.0, expected a positive finite number"),
         (lambda: OrnsteinUhlenbeck(1.0, 2.0, 0.0), "correlation_time: got 0.0, expected a positive finite number"),
+        (lambda: SinePath(amplitude="3"), "amplitude: got '3', expected a finite number"),
+        (lambda: SinePath(vehicle=3), "vehicle: got 3, expected what knows its rolling"),
+        (lambda: Sine("angle", 0.0, np.nan, 1.0), "amplitude: got nan, expected a finite number"),
+        (lambda: Following(3), "path: got 3, expected a function of times such as SinePath"),
+        (lambda: Following(SinePath(), ()), "position: got no names, expected some such as"),
         (lambda: SinePath(wavelength=0.0), "wavelength: got 0.0, expected a positive finite number"),
     ],
 )
@@ -468,7 +485,10 @@ SIMULATION_MISTAKES = {
         {"sensors": Sensors({"angle": -0.1})},
         "noise['angle']: got -0.1, expected a standard deviation",
     ),
-    "unknown disturbance": ({"disturbances": {"wind": None}}, "disturbances: got 'wind', expected one of gravity."),
+    "unknown disturbance": (
+        {"disturbances": {"wind": Constant(2.0)}},
+        "disturbances: got 'wind', expected one of gravity.",
+    ),
 }
 
 
@@ -479,6 +499,26 @@ def test_simulate(case):
     settings = {"plant": controller.problem.model, "x": [0.0, 0.0], "reference": {"angle": 0.0}, "duration": 1.0}
     with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
         rumo.simulate(controller, **(settings | changes))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: four_wheel(3), "parameters: got 3, expected a rumo.VehicleParameters. Write rumo.vehicles.PAPER_CAR"),
+        (lambda: friction_circles(VehicleParameters), "parameters: got VehicleParameters, expected a rumo.Vehicle"),
+        (lambda: dynamic_bicycle(PAPER_CAR, Dugoff), "tyre: got <class"),
+        (lambda: four_wheel(PAPER_CAR, "dugoff"), "tyre: got 'dugoff', expected a tyre such as rumo.vehicles.Dugoff()"),
+        (lambda: dynamic_bicycle(PAPER_CAR, as_printed=True), "as_printed: got True, expected a rumo.AsPrinted."),
+        (lambda: replace(PAPER_CAR, front=0.9), "VehicleParameters.front: got 0.9, expected a rumo.TyreParameters."),
+        (
+            lambda: replace(PAPER_CAR, b_lon=np.nan),
+            "VehicleParameters.b_lon: got nan, expected a number of at least 0.",
+        ),
+    ],
+)
+def test_cars(make, message):
+    with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
+        make()
 
 
 def test_load_transfer_without_a_height():

@@ -3,6 +3,7 @@
 import inspect
 import re
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 
 import pytest
 from problems import pendulum
@@ -65,6 +66,40 @@ def test_anything_else_raises_with_a_hint(thing):
     with pytest.raises(rumo.UnknownNameError, match=re.escape(message) + ".* Did you mean 'width'?"):
         thing.widht = 3.0
     assert not hasattr(thing, "widht")
+
+
+def test_methods_are_not_hidden():
+    with pytest.raises(AttributeError, match=r"Own\.run cannot be set\. Define another one in a subclass"):
+        Own(1.0, 2.0).run = print
+    with pytest.raises(AttributeError, match=r"RealTimeIteration\.step cannot be set"):
+        rumo.RealTimeIteration(pendulum(), backend="reference").step = print
+
+
+class Mixed:
+    def __init__(self, width):
+        self.width = width
+
+
+class First(Mixed, Plain): ...
+
+
+@dataclass
+class Data(Plain):
+    width: float
+
+
+@dataclass(frozen=True)
+class Stone(Sealed):
+    width: float
+
+
+@pytest.mark.parametrize("kind", [First, Data, Stone])
+def test_whoever_wrote_the_constructor(kind):
+    thing = kind(1.0)
+    assert thing.width == 1.0
+    with pytest.raises(AttributeError):
+        thing.widht = 3.0
+    assert str(inspect.signature(kind)).startswith("(width")
 
 
 def test_it_is_an_attribute_error_too():

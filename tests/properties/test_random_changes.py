@@ -35,7 +35,7 @@ def test_changed_problems(first, data):
         ranges={"angle": span},
         bounds={"torque": (-np.array(lower), upper), "rate": rumo.Bounds(-50.0, state, penalty)},
         limits={"power": limit},
-        penalties={"power": penalty},
+        penalties={"power": penalty, "rate": penalty},
         parameters={"gravity": gravity},
     )
     for field in fields(expected.numbers):

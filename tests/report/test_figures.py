@@ -1,6 +1,9 @@
 """Figures: complete, labelled with units, told apart without colours."""
 
 import re
+import tomllib
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,12 +11,13 @@ import xarray as xr
 from problems import pendulum
 
 import rumo
-from rumo.report.charts import Chart, Panels
+from rumo.report.charts import NEUTRAL, Chart, Line, Panels
 from rumo.report.figures import draw
-from rumo.report.kpis import driving_kpis
 from rumo.report.plots import plot
+from rumo.simulation.faults import Missing, Stuck
 from rumo.simulation.recorder import Recorder
 from rumo.studies import PaperStudy
+from rumo.studies.kpis import driving_kpis
 from rumo.studies.paper.charts import paper_charts
 
 
@@ -35,6 +39,13 @@ def test_the_papers_figures_are_there(charts):
         "step-time-nlp",
         "step-time-ltv",
     ]
+
+
+def test_the_licence_covers_what_pages_contain():
+    root = Path(__file__).parents[2]
+    project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
+    assert project["license"] == "BSD-3-Clause AND MIT"
+    assert any("Plotly" in (root / path).read_text() for path in project["license-files"])
 
 
 def test_axes_have_units_and_lines_differ_in_more_than_colour(charts):
@@ -61,6 +72,15 @@ def test_print_and_page_show_the_same(charts):
         for line, trace, source in zip(printed.lines, interactive.data, chart.lines, strict=True):
             np.testing.assert_array_equal(line.get_ydata(), source.y)
             np.testing.assert_array_equal(trace.y, source.y)
+
+
+def test_a_panel_alone_has_all_the_width():
+    line = Line("a", np.arange(3.0), np.arange(3.0), NEUTRAL)
+    one, three = (Panels("key", "Title", "x [1]", "y [1]", n * (("Panel", (line,)),)) for n in (1, 3))
+    assert (one.columns, one.rows, three.columns, three.rows) == (1, 1, 2, 2)
+    for content in (one, three):
+        assert sum(axes.get_visible() for axes in draw(content).axes) == len(content.panels)
+        assert plot(content).layout.xaxis.domain[1] == (1.0 if content is one else pytest.approx(0.48))
 
 
 def test_legend_covers_no_data(charts):
@@ -127,12 +147,78 @@ def test_show_draws_what_is_what_is_wanted_and_what_is_believed(shown):
     assert legend == ["Plant", "Estimated", "Measured", "Reference", "Applied"]
 
 
+def test_show_draws_runs_of_any_length(shown):
+    controller = rumo.RealTimeIteration(pendulum(), backend="reference")
+    axes, _ = shown(Recorder(controller).log())
+    assert list(axes) == ["No"]  # step was recorded
+    log = rumo.simulate(controller, controller.problem.model, [0.1, 0.0], {"angle": 0.5}, 0.05)
+    axes, _ = shown(log)
+    assert all(line.get_marker() == "." for line in axes["angle"].lines)
+    assert axes["torque"].lines[0].get_xdata().tolist() == [0.0, 0.05]
+    with pytest.raises(rumo.ArgumentError, match="log: got 3, expected a log from"):
+        rumo.show(3)
+
+
+def test_show_draws_commands_where_they_were_not_applied(shown):
+    controller = rumo.RealTimeIteration(pendulum(delay=1), backend="reference")
+    drive = partial(rumo.simulate, controller, controller.problem.model, [0.1, 0.0], {"angle": 0.5}, 1.0)
+    assert "Commanded" not in names_of(shown(drive())[0]["torque"])
+    axes, figure = shown(drive(faults=[Stuck(range(5, 8), "torque", 0.0), Missing(range(10, 11), ("angle",))]))
+    lines = {line.get_label(): line.get_ydata() for line in axes["torque"].lines}
+    applied, commanded = lines["Applied"], lines["Commanded"]
+    different = np.flatnonzero(applied != commanded)
+    assert set(different[1:]) <= set(range(5, 8))  # nothing was commanded for the first sample
+    bars = [collection.get_paths() for collection in axes["Status"].collections]
+    assert [len(paths) for paths in bars] == [1, 2]  # BAD_MEASUREMENT in the middle of OPTIMAL
+    figure.canvas.draw()
+    legend = figure.legends[0].get_window_extent()
+    assert not any(legend.overlaps(axes.get_tightbbox()) for axes in figure.axes)
+
+
+def test_show_draws_whatever_is_measured(shown):
+    model = rumo.Model(
+        {"angle": "rad", "rate": "rad/s"},
+        {"torque": "N m"},
+        lambda x, u, p: {"angle": x.rate, "rate": u.torque - x.angle},
+        outputs={"height": rumo.Output("m", lambda x, u, p: x.angle**2)},
+    )
+    controller = rumo.RealTimeIteration(pendulum(model=model), backend="reference")
+    sensors = rumo.Sensors(measured=("angle", "rate", "height"))
+    axes, _ = shown(rumo.simulate(controller, model, [0.1, 0.0], {"angle": 0.5}, 0.5, sensors=sensors))
+    assert names_of(axes["height"]) == {"Measured"}
+
+
 def test_show_draws_limits_that_are_near(shown):
     controller = rumo.RealTimeIteration(pendulum())
     log = rumo.simulate(controller, controller.problem.model, [0.1, 0.0], {"angle": 0.5}, 1.0)
     axes, _ = shown(log)
     drawn = {float(line.get_ydata()[0]) for line in axes["torque"].lines if line.get_label() == "Limit"}
-    assert drawn <= {float(log.input_lower[0]), float(log.input_upper[0])}
+    assert drawn <= {float(log.input_lower[0, 0]), float(log.input_upper[0, 0])}
+
+
+def test_show_draws_limits_that_change(shown):
+    controller = rumo.RealTimeIteration(pendulum())
+    log = rumo.simulate(controller, controller.problem.model, [0.1, 0.0], {"angle": 0.5}, 0.5)
+    log["input_upper"][5:] = 1.0
+    line = next(line for line in shown(log)[0]["torque"].lines if line.get_label() == "Limit")
+    assert line.get_ydata().tolist() == [2.0] * 5 + [1.0] * 6  # the last is held as long as the others
+
+
+@pytest.mark.parametrize("name", ["angle", "an_angle_that_has_a_rather_long_name"])
+def test_show_writes_limits_that_are_far_beside_long_names(shown, name):
+    model = rumo.Model({name: "rad"}, {"torque": "N m"}, lambda x, u, p: {name: u.torque})
+    bounds = {name: rumo.Bounds(-12345.0, 1234567.0, rumo.Penalty(1.0))}
+    wanted = {"track": {name: rumo.Weight(1.0)}, "moves": {"torque": rumo.Weight(1.0)}}
+    problem = rumo.Problem(model, horizon=3, sampling_time=0.1, bounds=bounds, **wanted)
+    controller = rumo.RealTimeIteration(problem, backend="portable")
+    axes, figure = shown(rumo.simulate(controller, model, [0.1], {name: 0.0}, 0.3))
+    figure.canvas.draw()
+    titles = [
+        title for title in (axes[name].title, axes[name]._left_title, axes[name]._right_title) if title.get_text()
+    ]
+    assert "limits -1.234e+04, 1.235e+06" in " ".join(title.get_text() for title in titles)
+    extents = [title.get_window_extent() for title in titles]
+    assert not (len(extents) == 2 and extents[0].overlaps(extents[1]))
 
 
 def test_a_signal_that_stays_at_zero_fills_no_panel_with_rounding(shown):

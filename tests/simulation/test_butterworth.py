@@ -120,7 +120,7 @@ def test_measurement_is_not_modified():
         assert sample[0] == value
 
 
-@pytest.mark.parametrize("cutoff", [12.5, 20.0, 0.0, -1.0, np.nan])
+@pytest.mark.parametrize("cutoff", [12.5, 20.0, 0.0, -1.0, np.nan, "10"])
 def test_cutoff_outside_the_sampled_band_is_refused(cutoff):
     with pytest.raises(rumo.ArgumentError, match=r"cutoff: got .* Hz, expected a frequency between 0 and 12.5 Hz"):
         Butterworth(cutoff).start(problem())

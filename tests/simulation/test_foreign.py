@@ -77,6 +77,14 @@ def test_the_least_that_is_a_plant():
             "plant: got 'angle' in deg, expected the controller's unit, rad",
         ),
         ({"inputs": {"brake": "N"}}, "plant: got 'torque', expected one of brake"),
+        ({"observe": None}, r"plant: got outputs without observe, expected a method observe\(x, u, p\)"),
+        ({"outputs": {"rate": "rad/s"}}, "plant.outputs: got 'rate', a state, expected other names"),
+        (
+            {"observe": lambda x, u, p: {"height": 0.0, "angle": 1.0}},
+            r"plant.observe\(\): got 'angle', expected one of h",
+        ),
+        ({"observe": lambda x, u, p: {}}, r"plant.observe\(\): got no value for height"),
+        ({"sampling_time": "0.05"}, "plant.sampling_time: got '0.05', expected a positive number"),
         ({"sampling_time": 0.1}, "plant: got a sampling time of 0.1 s, expected the problem's 0.05 s"),
         ({"advance": lambda x, u, p: [0.0]}, r"plant.advance\(\): got shape \(1,\), expected shape \(2,\)"),
         ({"parameters": {"gravity": 9.81}}, r"parameters\['gravity'\]: got 9.81"),
@@ -87,7 +95,29 @@ def test_mistakes(changes, message):
     for name, value in changes.items():
         setattr(plant, name, value)
     with pytest.raises(rumo.ArgumentError, match=message):
-        list(ClosedLoop(run(plant)))
+        list(ClosedLoop(run(plant, sensors=rumo.Sensors(measured=("angle", "rate", "height")))))
+
+
+@pytest.mark.parametrize(
+    ("units", "sensors"),
+    [
+        ({"states": {"angle": "rad", "rate": "deg/s"}}, rumo.Sensors(measured=("angle",))),
+        ({"outputs": {"height": "cm"}}, rumo.Sensors()),
+    ],
+)
+def test_units_are_compared_of_what_nobody_measures_too(units, sensors):
+    base = pendulum().model
+    model = rumo.Model(
+        dict(zip(base.states, base.states.units, strict=True)),
+        {"torque": "N m"},
+        lambda x, u, p: {"angle": x.rate, "rate": u.torque},
+        outputs={"height": rumo.Output("m", lambda x, u, p: x.angle**2)},
+    )
+    problem = pendulum(model=model, track={"height": rumo.Weight(1.0)})
+    plant = Simulator()
+    vars(plant).update(units)
+    with pytest.raises(rumo.ArgumentError, match=r"plant: got '\w+' in (deg/s|cm), expected the controller's unit"):
+        ClosedLoop(Scenario(problem, plant, [0.3, 0.0], {"height": 0.1}, 0.5, sensors=sensors))
 
 
 def test_a_class_is_no_plant():

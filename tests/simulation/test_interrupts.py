@@ -1,5 +1,6 @@
 """Ctrl-C at any moment is a KeyboardInterrupt: no error of the plant, no failed step, no lost signal."""
 
+import math
 import os
 import signal
 import subprocess
@@ -18,7 +19,10 @@ posix = pytest.mark.skipif(os.name == "nt", reason="processes are not sent SIGIN
 
 
 @posix
-@pytest.mark.parametrize(("name", "trials"), [("rti", 24), ("nlp", 6)])
+@pytest.mark.parametrize(
+    ("name", "trials"),
+    [("rti", 8), ("nlp", 3), *(pytest.param(name, 60, marks=pytest.mark.slow) for name in ("rti", "nlp"))],
+)
 def test_at_random_times(name, trials):
     result = subprocess.run([sys.executable, SCRIPT, name, str(trials)], capture_output=True, text=True, timeout=300)
     assert not result.stderr
@@ -63,6 +67,35 @@ def test_twice_is_at_once():
     with pytest.raises(KeyboardInterrupt):
         interrupted(interrupt, lambda: done.append("not here"))
     assert not done
+
+
+@posix
+@pytest.mark.parametrize("own", [None, Interrupted("a log")])
+def test_nothing_waits_without_patience_and_nothing_is_swallowed(own):
+    done = []
+
+    @interruptible(0)
+    def swallowing():
+        try:
+            interrupt()
+            done.append("not here")
+        except KeyboardInterrupt:
+            if own is not None:
+                raise own from None
+            done.append("as if it were an error of one's own")
+
+    with pytest.raises(KeyboardInterrupt) as caught:
+        swallowing()
+    assert done == ([] if own else ["as if it were an error of one's own"])
+    assert own is None or caught.value is own
+
+
+@posix
+def test_with_all_patience_nothing_breaks_it_off():
+    done = []
+    with pytest.raises(KeyboardInterrupt):
+        interruptible(math.inf)(lambda: done.extend([interrupt(), interrupt(), "written"]))()
+    assert done[-1] == "written"
 
 
 @posix

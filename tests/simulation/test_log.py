@@ -118,8 +118,8 @@ def test_horizon_is_as_long_as_the_problems():
 
 def test_input_bounds_are_in_the_log():
     log = car_log()
-    assert log["input_lower"].data.tolist() == [-300.0, -1.5]
-    assert log["input_upper"].data.tolist() == [300.0, 1.5]
+    assert log["input_lower"].data.tolist() == [[-300.0, -1.5]] * 5
+    assert log["input_upper"].data.tolist() == [[300.0, 1.5]] * 5
 
 
 def test_status_names_a_status():

@@ -58,6 +58,34 @@ def test_parameters_of_a_run_stay_in_it():
     np.testing.assert_array_equal(controller.parameters, 8.0)
 
 
+@dataclass(frozen=True)
+class Glimpse:
+    """A hill that is seen for some samples only."""
+
+    seen: range
+
+    def preview(self, times, x):
+        return Preview({"angle": 0.3}, {"gravity": 3.0} if round(times[0] / 0.05) in self.seen else {})
+
+
+def test_what_is_not_previewed_is_the_controllers_own():
+    controller = rumo.RealTimeIteration(pendulum(parameters={"gravity": 8.0}))
+    controller.parameters = {"gravity": 7.0}
+    log = run(Glimpse(range(3, 6))).run(controller)
+    gravity = log["parameters"].data[:, :, 0]
+    assert (gravity[3:6] == 3.0).all()
+    assert (gravity[:3] == 7.0).all()
+    assert (gravity[6:] == 7.0).all()
+    # What is set between two samples is the controller's own as well, then and after the run.
+    loop, believed = ClosedLoop(run(Glimpse(range(3, 6))), controller), []
+    for sample in loop:
+        believed.append(sample.parameters[0, 0])
+        if sample.index in (1, 4):
+            loop.controller.parameters = {"gravity": 5.0 + sample.index}
+    assert believed[:8] == [7.0, 7.0, 6.0, 3.0, 3.0, 3.0, 9.0, 9.0]
+    np.testing.assert_array_equal(controller.parameters, 9.0)
+
+
 def test_the_state_is_that_of_the_controller_and_finite():
     seen = []
 

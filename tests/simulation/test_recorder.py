@@ -7,8 +7,9 @@ import pytest
 from problems import pendulum
 
 import rumo
-from rumo.simulation import Plant, load, save
-from rumo.simulation.recorder import state_limits
+from rumo.signals import NamedArray, Signals
+from rumo.simulation import ClosedLoop, Plant, Scenario, load, save
+from rumo.simulation.computed import limits_at
 
 
 def test_a_loop_of_ones_own():
@@ -44,6 +45,68 @@ def test_signals_can_be_left_out_but_not_invented(tmp_path):
     assert rumo.Recorder(controller).log().sizes["time"] == 0
 
 
+def recorded(**given):
+    """A recorder with a sample of which something is given."""
+    controller = rumo.RealTimeIteration(pendulum(delay=0), backend="reference")
+    recorder = rumo.Recorder(controller)
+    recorder.add(given.pop("plan", None), **({"time": 0.0} | given))
+    return recorder
+
+
+def test_samples_are_kept_as_they_were():
+    parameters, states, wanted = np.array([5.0]), np.array([0.1, 0.2]), np.full((13, 1), 0.3)
+    recorder = recorded(parameters=parameters, measured=states, true_states=states, reference=wanted)
+    for array in (parameters, states, wanted):
+        array[...] = np.nan
+    recorder.add(None, time=0.05, parameters={"gravity": 6.0}, reference={"angle": 0.4, "rate": 0.0})
+    log = recorder.log()
+    np.testing.assert_array_equal(log["parameters"][:, :, 0], [[5.0] * 12, [6.0] * 12])
+    np.testing.assert_array_equal(log["measured"][0], [0.1, 0.2])
+    np.testing.assert_array_equal(log["true_states"][0], [0.1, 0.2])
+    np.testing.assert_array_equal(log["reference"][:, 0], [0.3, 0.4])
+
+
+def test_signals_of_others_are_matched_by_name():
+    backwards = NamedArray(Signals({"rate": "rad/s", "angle": "rad"}, "states"), np.array([2.0, 1.0]))
+    np.testing.assert_array_equal(recorded(estimated=backwards).log()["estimated"][0], [1.0, 2.0])
+
+
+def test_plants_of_ones_own_have_names():
+    class Mine:
+        states, inputs = {"turn": "rad"}, {"torque": "N m"}
+
+        def advance(self, x, u, p):
+            return x
+
+    recorder = rumo.Recorder(rumo.RealTimeIteration(pendulum(), backend="reference"), Mine(), measured={"turn": "rad"})
+    recorder.add(None, time=0.0, plant={"turn": 1.0}, measured=[2.0])
+    log = recorder.log()
+    assert (log["plant"].item(), log["measured_outputs"].item(), log.attrs["plant_model"]) == (1.0, 2.0, "Mine")
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"time": "now"}, "time: got 'now', expected a finite number"),
+        ({"plan": 3}, "plan: got 3, expected a rumo.Plan. It is what controller.step"),
+        ({"reference": {"angel": 0.0}}, r"reference: got 'angel', .* Did you mean 'angle'\?"),
+        ({"reference": [0.1] * 13}, r"reference: got shape \(13,\), expected \(13, 1\)"),
+        ({"parameters": {"gravty": 9.8}}, r"parameters: got 'gravty'.* Did you mean 'gravity'\?"),
+        ({"parameters": np.ones((5, 1))}, r"parameters: got shape \(5, 1\), expected shape \(12, 1\)"),
+        ({"true_states": [1.0]}, r"true_states: got shape \(1,\), expected shape \(2,\)"),
+    ],
+)
+def test_what_does_not_fit_raises_at_once(given, message):
+    with pytest.raises(rumo.ArgumentError, match=message):
+        recorded(**given)
+
+
+def test_plans_of_other_problems_are_refused():
+    plan = rumo.RealTimeIteration(pendulum(horizon=5), backend="reference").step([0.1, 0.0], {"angle": 0.0})
+    with pytest.raises(rumo.ShapeError, match=r"predicted_states: got shape \(6, 2\), expected shape \(13, 2\)"):
+        recorded(plan=plan)
+
+
 def test_limits_constraints_and_outputs_are_in_the_log():
     base = pendulum().model
     model = rumo.Model(
@@ -61,8 +124,8 @@ def test_limits_constraints_and_outputs_are_in_the_log():
         constraints={"power": rumo.Constraint(lambda x, u, p: x.rate * u.torque - 1.0)},
     )
     log = rumo.simulate(rumo.RealTimeIteration(problem), model, [0.3, 0.2], {"height": 0.0, "angle": 0.0}, 0.5)
-    np.testing.assert_array_equal(log["state_lower"], [-np.inf, -0.5])
-    np.testing.assert_array_equal(log["state_upper"], [2.0, 0.6])
+    np.testing.assert_array_equal(log["state_lower"], [[-np.inf, -0.5]] * 10)
+    np.testing.assert_array_equal(log["state_upper"], [[2.0, 0.6]] * 10)
     angle, rate = log["plant"].data.T
     np.testing.assert_allclose(log["true_outputs"], np.column_stack([angle**2, angle]), rtol=1e-14)
     np.testing.assert_allclose(log["estimated_outputs"], log["true_outputs"], rtol=1e-14)
@@ -78,7 +141,43 @@ def test_a_constraint_by_the_name_of_a_limit_is_none():
     problem = pendulum(
         constraints={"rate_upper": rumo.Constraint(lambda x, u, p: x.angle - 1.0)}, bounds={"torque": (-2.0, 2.0)}
     )
-    np.testing.assert_array_equal(state_limits(problem), [[-np.inf] * 2, [np.inf] * 2])
+    np.testing.assert_array_equal(limits_at(problem, [problem.numbers])["state"], [[[-np.inf] * 2], [[np.inf] * 2]])
+
+
+def test_numbers_are_those_of_the_sample():
+    """Bounds, limits and parameters that change in a run, whenever its samples are recorded."""
+    problem = pendulum(
+        bounds={"torque": (-2.0, 2.0), "rate": rumo.Bounds(-9.0, 9.0, rumo.Penalty(1.0))},
+        constraints={"power": rumo.Constraint(lambda x, u, p: p.gravity * x.rate - 1.0, rumo.Penalty(1.0))},
+    )
+    loop = ClosedLoop(Scenario(problem, problem.model, [0.3, 0.2], {"angle": 0.0}, 0.3))
+    recorder, samples = rumo.Recorder(loop.controller, loop.plant), []
+    for sample in loop:
+        samples.append(sample)
+        if sample.index == 2:
+            loop.controller.update(
+                bounds={"torque": ([-1.5] * 11 + [-9.0], 1.0), "rate": (-5.0, 5.0)},
+                limits={"power": 3.0},
+                parameters={"gravity": 2.0},
+            )
+    for sample in samples:
+        recorder.record(sample)
+    log = recorder.log()
+    before = [True] * 3 + [False] * 3
+    assert log["input_lower"].data[:, 0].tolist() == [-2.0 if early else -1.5 for early in before]
+    assert log["input_upper"].data[:, 0].tolist() == [2.0 if early else 1.0 for early in before]
+    assert log["state_lower"].data[:, 1].tolist() == [-9.0 if early else -5.0 for early in before]
+    rate = log["true_states"].sel(state="rate").data
+    gravity, limit = np.where(before, 9.81, 2.0), np.where(before, 0.0, 3.0)
+    np.testing.assert_allclose(log["true_constraints"].sel(constraint="power")[1:], (gravity * rate - 1.0 - limit)[1:])
+
+
+def test_bounds_in_a_log_are_those_of_the_interval_that_is_decided():
+    problem = pendulum(delay=1, bounds={"torque": (-2.0, 2.0)})
+    problem = problem.changed(bounds={"torque": (-2.0, [2.0, 1.5, *[1.0] * 10])})
+    log = rumo.simulate(rumo.RealTimeIteration(problem), problem.model, [1.0, 0.0], {"angle": 3.0}, 0.3)
+    assert (log["input_upper"] == 1.5).all()
+    assert log["commanded"].max() == 1.5
 
 
 def test_files_are_whole_or_not_there(tmp_path):

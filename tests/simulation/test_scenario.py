@@ -1,6 +1,7 @@
 """Scenarios: data that can be copied, sent away and run there; loops over their samples."""
 
 import copy
+import math
 import pickle
 from dataclasses import replace
 from multiprocessing import get_context
@@ -11,7 +12,7 @@ import xarray as xr
 from problems import pendulum
 
 import rumo
-from rumo.estimation import Butterworth, ExtendedKalman
+from rumo.estimation import Butterworth, Estimate, ExtendedKalman
 from rumo.references import Following, Preview, Sampled, Sine, SinePath
 from rumo.simulation import ClosedLoop, Gust, OrnsteinUhlenbeck, Plant, Scenario, Sensors, faults
 from rumo.simulation.log import load, save
@@ -102,10 +103,9 @@ def test_scenarios_run_in_other_processes():
         Butterworth(2.0),
         ExtendedKalman({"angle": 0.1}, {"angle": 0.1, "rate": 0.1}, {"rate": 0.0}, {"rate": 1.0}),
         Sine("angle", 0.0, 1.0, 2.0),
-        Sampled((0.0, 1.0), {"angle": (0.0, 1.0)}),
+        Sampled(np.array([0.0, 1.0]), {"angle": np.array([0.0, 1.0])}),
         SinePath(vehicle=PAPER_CAR),
         Following(SinePath()),
-        Preview({"angle": 0.1}, {"gravity": 9.0}),
         Gust(1.0, 2.0, 3.0, 4.0),
         faults.Frozen((1.0, 2.0), ("angle",)),
         faults.Saturated(range(3), "torque", -1.0, 1.0, told=True),
@@ -114,6 +114,17 @@ def test_scenarios_run_in_other_processes():
 )
 def test_parts_come_back_as_they_were(part):
     assert pickle.loads(pickle.dumps(part)) == copy.deepcopy(part) == part
+
+
+def test_data_with_arrays_compare():
+    run = scenario(x=np.array([0.3, 0.0]))
+    assert run != replace(run)
+    assert len({run, run}) == 1
+    estimate, preview = Estimate(np.zeros(2)), Preview({"angle": np.zeros(2)}, {"gravity": np.ones(1)})
+    again = pickle.loads(pickle.dumps(preview))
+    assert estimate != Estimate(np.zeros(2))
+    assert again != preview
+    np.testing.assert_equal(vars(again), vars(preview))
 
 
 def test_failures_come_back_with_their_log(tmp_path):
@@ -129,6 +140,80 @@ def test_failures_come_back_with_their_log(tmp_path):
     assert str(again) == str(caught.value)
     xr.testing.assert_identical(again.log, caught.value.log)
     xr.testing.assert_identical(load(save(again.log, tmp_path / "run.nc")), again.log)
+
+
+class Tiring:
+    """Does what it is, until it has had enough: a reference, an estimator, a plant."""
+
+    states, inputs = {"angle": "rad", "rate": "rad/s"}, {"torque": "N m"}
+
+    def __init__(self, patience=3):
+        self.patience = patience
+
+    def tire(self, result):
+        self.patience -= 1
+        if self.patience < 0:
+            raise ZeroDivisionError("enough")
+        return result
+
+    def preview(self, times, x):
+        return self.tire(Preview({"angle": 0.0}))
+
+    def start(self, problem, measured=None):
+        return self
+
+    def update(self, measured, applied, parameters):
+        return self.tire(Estimate(measured))
+
+    def advance(self, x, u, p):
+        return self.tire(x)
+
+
+class Spoiling(faults.Fault):
+    def sense(self, received, past, bad, signals):
+        raise ZeroDivisionError("enough")
+
+
+@pytest.mark.parametrize(
+    ("changes", "samples"),
+    [
+        ({"reference": Tiring()}, 3),
+        ({"estimator": Tiring()}, 3),
+        ({"plant": Tiring(), "disturbances": {}}, 4),
+        ({"faults": (Spoiling(range(3, 4)),)}, 3),
+    ],
+)
+def test_whatever_is_raised_comes_with_the_log_so_far(changes, samples):
+    with pytest.raises(ZeroDivisionError, match="enough") as caught:
+        scenario(**changes).run()
+    assert caught.value.log.sizes["time"] == samples
+    assert caught.value.log.attrs["complete"] == "no"
+    assert "complete" not in scenario().run().attrs
+
+
+class Careless:
+    """An estimator that works on what it is given, and hands out its own memory."""
+
+    def start(self, problem, measured=None):
+        self.x = np.zeros(2)
+        return self
+
+    def update(self, measured, applied, parameters):
+        measured *= 2.0
+        self.x += 0.1
+        return Estimate(self.x)
+
+
+def test_estimators_may_work_in_place():
+    for k, sample in enumerate(list(ClosedLoop(scenario(estimator=Careless(), faults=(), sensors=Sensors())))):
+        np.testing.assert_array_equal(sample.measured, sample.plant)
+        np.testing.assert_allclose(sample.estimated, 0.1 * (k + 1))
+
+
+def test_samples_cannot_be_written_to():
+    for sample in ClosedLoop(scenario()):
+        for name in ("plant", "measured", "received", "estimated", "applied", "disturbance", "states", "outputs"):
+            assert not getattr(sample, name).values.flags.writeable, name
 
 
 def test_names_are_looked_up():
@@ -162,6 +247,40 @@ def test_classes_of_ones_own_control():
     assert scenario(controller=Mine, reference={"angle": 0.1, "rate": 0.0}).run().attrs["controller"] == "mine"
 
 
+class Told:
+    """An estimator that answers the same, whatever is measured."""
+
+    def __init__(self, answer):
+        self.answer = answer
+
+    def start(self, problem, measured):
+        return self
+
+    def update(self, measured, applied, parameters):
+        return self.answer
+
+    def sample(self, times, rng):
+        return self.answer
+
+
+class NeverStarted:
+    def start(self, problem, measured):
+        pass
+
+
+def test_faults_may_be_a_list():
+    assert scenario(faults=[faults.Missing(range(2))]).faults == (faults.Missing(range(2)),)
+
+
+def test_clocks_may_differ_by_rounding():
+    problem = pendulum(sampling_time=0.3, horizon=rumo.Grid([0.1 + 0.2] * 12))
+    assert problem.uniform
+    plant = Plant(problem.model, 0.1 + 0.2)
+    assert Scenario(problem, plant, [0.1, 0.0], {"angle": 0.1}, 0.1 + 0.2).run().sizes["time"] == 1
+    late = pendulum(sampling_time=0.1 + 0.2)
+    assert ClosedLoop(Scenario(late, plant, [0.1, 0.0], {"angle": 0.1}, 0.3), rumo.RealTimeIteration(problem))
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -171,11 +290,53 @@ def test_classes_of_ones_own_control():
         ({"discretization": "radau9"}, r"discretization: got 'radau9'.* Did you mean 'radau3'\?"),
         ({"controller": "nlp", "backend": "portable"}, "backend: got 'portable', expected nothing: DirectNlp has only"),
         ({"duration": 0.01}, "duration: got 0.01, expected at least one sampling time"),
+        ({"duration": "1"}, "duration: got '1', expected at least one sampling time"),
         ({"sensors": {"angle": 0.1}}, "sensors: got"),
+        ({"estimator": 3}, "estimator: got 3, expected settings such as"),
+        (
+            {"reference": lambda t, x: {"angle": 0.0}},
+            r"reference: got a function of \(t, x\), expected a function of times alone. What depends",
+        ),
+        ({"estimator": NeverStarted()}, r"estimator.start\(\): got None, expected an object with update\("),
+        (
+            {"estimator": Told([0.1, 0.0])},
+            r"estimator.update\(\): got \[0.1, 0.0\], expected an Estimate. Write return",
+        ),
+        (
+            {"estimator": Told(Estimate(np.zeros(3)))},
+            r"estimator.update\(\).x: got shape \(3,\), expected shape \(2,\)",
+        ),
+        ({"estimator": Told(Estimate(np.zeros(2), np.zeros(2)))}, r"estimator.update\(\).covariance: got shape \(2,\)"),
+        ({"disturbances": {"gravity": 9.0}}, r"disturbances\['gravity'\]: got 9.0, .* Write Constant\(9.0\)\."),
+        ({"disturbances": {"gravity": Gust}}, r"disturbances\['gravity'\]: got <class"),
+        (
+            {"disturbances": {"gravity": Told([1.0, 2.0])}},
+            r"gravity'\].sample\(\): got shape \(2,\), expected shape \(10,\)",
+        ),
+        ({"disturbances": {"gravity": Told(np.nan)}}, r"gravity'\].sample\(\): got NaN or infinity"),
+        ({"reference": Following(SinePath())}, "position: got 'p_x', expected one of angle, rate"),
+        (
+            {"reference": lambda t: {"angle": math.sin(t)}},
+            r"reference: got one that .* Write np.sin\(t\), not math.sin",
+        ),
+        ({"reference": lambda t: {"angle": 1.0 if t > 1.0 else 0.0}}, r"reference: got one that .* np.where\(t < 1.0"),
         ({"sensors": Sensors(measured=("angle",)), "estimator": None}, "measured: got no rate, expected all states"),
         ({"sensors": Sensors(measured=("angle",))}, "noise: got 'rate', expected one of angle"),
         ({"reference": lambda t: {"angel": 0.0 * t}}, r"reference: got 'angel', .* Did you mean 'angle'\?"),
         ({"reference": {"angel": 0.0}}, r"reference: got 'angel', .* Did you mean 'angle'\?"),
+        (
+            {"sensors": Sensors(late={"angle": 2}), "estimator": None},
+            r"sensors.late\['angle'\]: got 2, expected the 0 sam",
+        ),
+        (
+            {"sensors": Sensors(late={"angle": 2}), "estimator": Butterworth()},
+            "got 2, expected the 0 samples that the est",
+        ),
+        ({"sensors": Sensors(late={"angle": 2})}, r"got 2, expected the 0 .*ExtendedKalman\(late={...}\) takes late"),
+        (
+            {"estimator": ExtendedKalman({}, {}, late={"angle": 1})},
+            r"sensors.late\['angle'\]: got 0, expected the 1 sam",
+        ),
         ({"problem": 3}, "problem: got 3, expected a rumo.Problem"),
     ],
 )

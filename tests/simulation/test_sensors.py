@@ -2,10 +2,15 @@
 
 import numpy as np
 import pytest
+from problems import pendulum
 
 import rumo
+from rumo.estimation import ExtendedKalman, Unfiltered
+from rumo.references import Following, SinePath
 from rumo.simulation import Sensors
+from rumo.simulation.faults import Missing
 from rumo.simulation.foreign import as_plant
+from rumo.studies import PaperStudy
 from rumo.vehicles import PAPER_CAR, dynamic_bicycle, four_wheel
 
 PLANT, MODEL = as_plant(four_wheel(PAPER_CAR), 0.04), dynamic_bicycle(PAPER_CAR)
@@ -14,7 +19,7 @@ X, U, P = np.arange(1.0, 12.0), np.zeros(2), np.zeros(2)
 
 def readings(sensors, samples=500, seed=0):
     """What the sensors say of a plant that stays where it is (K, m)."""
-    running = sensors.start(PLANT, MODEL, samples, np.random.default_rng(seed))
+    running = sensors.start(PLANT, sensors.signals(PLANT, MODEL), samples, np.random.default_rng(seed))
     return np.array([running.read(k, X, U, P) for k in range(samples)])
 
 
@@ -61,7 +66,23 @@ def test_what_is_measured_and_when():
 )
 def test_settings_are_checked(sensors, message):
     with pytest.raises(rumo.ArgumentError, match=message):
-        sensors.check(PLANT, MODEL)
+        sensors.signals(PLANT, MODEL)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Sensors(measured="angle"),
+        lambda: Missing(range(3), "angle"),
+        lambda: Following(SinePath(), position="angle"),
+        lambda: PaperStudy("angle"),
+        lambda: Unfiltered().start(pendulum(), "angle"),
+        lambda: ExtendedKalman({"angle": 0.1}, {"angle": 0.1, "rate": 0.1}).start(pendulum(), "angle"),
+    ],
+)
+def test_one_name_is_no_list_of_names(make):
+    with pytest.raises(rumo.ArgumentError, match=r": got 'angle', expected a tuple of names. Write \('angle',\)\."):
+        make()
 
 
 def test_missing_plant_output_is_named():
@@ -74,4 +95,4 @@ def test_missing_plant_output_is_named():
         dynamics=lambda x, u, p: {"angle": x.rate, "rate": u.torque},
     )
     with pytest.raises(rumo.UnknownNameError, match=r"got 'rate', expected one of angle\. Give blind an output"):
-        Sensors().check(as_plant(blind, 0.1), model)
+        Sensors().signals(as_plant(blind, 0.1), model)

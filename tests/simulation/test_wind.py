@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import rumo
 from rumo.simulation import Constant, Gust, OrnsteinUhlenbeck, RandomWalk
 
 TIMES = 0.04 * np.arange(600)
@@ -81,3 +82,17 @@ def test_gust_rises_to_its_peak_and_falls_back():
     values = sample(wind, np.array([0.0, 5.0, 6.0, 7.0, 8.0, 9.0, 20.0]))
     # "1 - cosine": half of the peak at a quarter of the time.
     np.testing.assert_allclose(values, [2.0, 2.0, 5.5, 9.0, 5.5, 2.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Constant("2"), "value: got '2', expected a finite number"),
+        (lambda: RandomWalk(0.0, -1.0), "std: got -1.0, expected a number of at least 0"),
+        (lambda: OrnsteinUhlenbeck(np.nan, 1.0, 3.0), "mean: got nan, expected a finite number"),
+        (lambda: Gust(2.0, "9", 5.0, 4.0), "peak: got '9', expected a finite number"),
+    ],
+)
+def test_mistakes(make, message):
+    with pytest.raises(rumo.ArgumentError, match=message):
+        make()

@@ -10,26 +10,37 @@ from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
 import rumo
-from rumo.cli import app
+from rumo.cli.app import app
 from rumo.registry import DISCRETIZATIONS
-from rumo.studies.discretization import DiscretizationStudy
+from rumo.studies.discretization import DiscretizationStudy, one_case
 from rumo.studies.discretization.cases import CASES
 from rumo.studies.discretization.charts import LOOKS
 from rumo.studies.discretization.one_mode import damping
 from rumo.studies.discretization.prediction import ReferenceSolution
 from rumo.studies.discretization.report import find, findings
-from rumo.studies.discretization.summary import LABELS, summary
+from rumo.studies.discretization.summary import LABELS
 from rumo.studies.discretization.tables import cheapest, order_table, outcome_table, properties_table
 
 SCHEMES = ("implicit-euler", "trapezoidal", "radau2", "rk4")
 
 
+DURATIONS = {"robertson": 32.0, "van-de-vusse": 1920.0}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def short():
+    """Short drives, and one round of replays: RK4 needs thousands of substeps in each interval of Robertson's."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, duration in DURATIONS.items():
+            patch.setitem(CASES, name, lambda make=CASES[name], duration=duration: replace(make(), duration=duration))
+        patch.setattr(one_case, "ROUNDS", 1)
+        patch.setattr(one_case, "LAPS", 1)
+        yield
+
+
 @pytest.fixture(scope="module")
 def study():
-    """RK4 needs thousands of substeps in each interval of Robertson's: a short drive will do."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(CASES, "robertson", lambda make=CASES["robertson"]: replace(make(), duration=32.0))
-        yield DiscretizationStudy(("robertson", "van-de-vusse"), SCHEMES, backend="portable")
+    return DiscretizationStudy(tuple(DURATIONS), SCHEMES, backend="portable")
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +50,7 @@ def results(study):
 
 @pytest.fixture(scope="module")
 def content(study, results):
-    return summary(study, results)
+    return study.summary(results)
 
 
 @pytest.mark.parametrize("name", CASES)

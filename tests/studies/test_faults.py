@@ -1,6 +1,8 @@
 """Five bad samples in a row do not lose the car."""
 
 import json
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,30 +10,59 @@ from typer.testing import CliRunner
 
 import rumo
 import rumo.simulation.faults
-from rumo.cli import app
+from rumo.cli.app import app
 from rumo.report.figures import draw
 from rumo.report.plots import plot
-from rumo.studies.faults.report import fault_panels, faults_table, outcome, summary
-from rumo.studies.faults.study import FAULTS, Drive, FaultStudy, Trouble
+from rumo.studies.faults import FAULTS, Drive, FaultStudy, Trouble
+from rumo.studies.faults.report import fault_panels, faults_table, outcome
 
-CASES = {"rti portable": ("rti", "portable"), "rti reference": ("rti", "reference"), "nlp": ("nlp", "portable")}
+SHORT = FaultStudy(faults=("none", "nan", "jump", "frozen", "failure", "budget"), duration=4.2)
+CASES = {
+    "rti portable": ("portable", FaultStudy(("rti",))),
+    "rti reference": ("reference", replace(SHORT, controllers=("rti",))),
+    "nlp": ("portable", replace(SHORT, controllers=("nlp",))),
+    "rti reference, long": ("reference", FaultStudy(("rti",))),
+    "nlp, long": ("portable", FaultStudy(("nlp",))),
+}
+LONG = ("rti reference, long", "nlp, long")
+cases = pytest.mark.parametrize("case", [pytest.param(k, marks=pytest.mark.slow) if k in LONG else k for k in CASES])
+cases_and_faults = pytest.mark.parametrize(
+    ("case", "fault"),
+    [
+        pytest.param(case, fault, marks=[pytest.mark.slow] if case in LONG else [])
+        for case, (_, study) in CASES.items()
+        for fault in study.faults
+    ],
+)
 BAD_MEASUREMENTS = ("nan", "infinite", "jump", "spin", "frozen", "missing")
 LIMIT = 0.10  # [m], as long as nothing else is said
 LIMITS = {"jump": 0.15}
 
 
+class Drives(dict):
+    """Drives of a case by fault, each driven when it is asked for."""
+
+    def __init__(self, backend, study):
+        super().__init__()
+        self.backend, self.study, self.runs = backend, study, study.runs()
+
+    def __missing__(self, fault):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("RUMO_BACKEND", self.backend)
+            self[fault] = self.runs[self.study.controllers[0], fault].run()
+        return self[fault]
+
+    def all(self):
+        """All of them."""
+        return {fault: self[fault] for fault in self.study.faults}
+
+
 @pytest.fixture(scope="module")
 def drives():
-    cases = {}
-    with pytest.MonkeyPatch.context() as patch:
-        for case, (name, backend) in CASES.items():
-            patch.setenv("RUMO_BACKEND", backend)
-            cases[case] = FaultStudy((name,)).run()[name]
-    return cases
+    return {case: Drives(*settings) for case, settings in CASES.items()}
 
 
-@pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("fault", FAULTS)
+@cases_and_faults
 def test_commands_stay_in_bounds_nothing_raises_and_the_next_good_sample_is_solved(drives, case, fault):
     drive = drives[case][fault]
     result = outcome(drive)
@@ -41,30 +72,29 @@ def test_commands_stay_in_bounds_nothing_raises_and_the_next_good_sample_is_solv
     assert np.hypot(*(drive.log.plant.sel(plant_state=["p_x", "p_y"]).values[-1] - undisturbed)) < 0.05
 
 
-@pytest.mark.parametrize("fault", FAULTS)
-@pytest.mark.parametrize("case", CASES)
+@cases_and_faults
 def test_the_largest_error_stays_below_its_limit(drives, case, fault):
     assert outcome(drives[case][fault])["largest_error_m"] <= LIMITS.get(fault, LIMIT)
 
 
-@pytest.mark.parametrize("case", CASES)
+@cases
 def test_statuses_say_what_happened(drives, case):
     bad = FaultStudy().bad
-    for fault, drive in drives[case].items():
+    for fault, drive in drives[case].all().items():
         status = drive.log.status.values
         assert set(status[: bad.start]) | set(status[bad.stop :]) == {"OPTIMAL"}, fault
         if fault in BAD_MEASUREMENTS:
             assert set(status[bad.start : bad.stop]) == {"BAD_MEASUREMENT"}, fault
     in_failure = set(drives[case]["failure"].log.status.values[bad.start : bad.stop])
     # IPOPT needs many iterations to find that there is no solution, sometimes more than it may take.
-    assert in_failure == {"SOLVER_FAILED"} if case != "nlp" else in_failure <= {"SOLVER_FAILED", "BUDGET_EXCEEDED"}
+    assert in_failure == {"SOLVER_FAILED"} if "nlp" not in case else in_failure <= {"SOLVER_FAILED", "BUDGET_EXCEEDED"}
     in_budget = set(drives[case]["budget"].log.status.values[bad.start : bad.stop])
     # Where no bound is active, the C core's working set is right from the start and needs no iteration.
     assert in_budget == {"OPTIMAL" if case == "rti portable" else "BUDGET_EXCEEDED"}
 
 
 def test_the_faults_are_what_they_are_called(drives):
-    logs = {fault: drive.log for fault, drive in drives["rti portable"].items()}
+    logs = {fault: drive.log for fault, drive in drives["rti portable"].all().items()}
     first, end = FaultStudy().bad.start, FaultStudy().bad.stop
     for log in logs.values():
         good = np.r_[0:first, end : log.sizes["time"]]
@@ -98,7 +128,7 @@ def test_without_the_gate_the_jump_loses_the_car():
 
 def test_other_seeds_recover_as_well():
     for seed in (1, 2):
-        for drive in FaultStudy(("rti",), BAD_MEASUREMENTS, seed=seed).run()["rti"].values():
+        for drive in FaultStudy(("rti",), BAD_MEASUREMENTS, seed=seed, duration=4.8).run()["rti"].values():
             result = outcome(drive)
             assert (result["bad_commands"], result["exceptions"], result["samples_to_recover"]) == (0, 0, 1)
             assert result["largest_error_m"] <= LIMIT
@@ -112,12 +142,26 @@ def test_a_controller_that_raises_is_a_result(monkeypatch):
     monkeypatch.setitem(FAULTS, "bomb", Trouble("A bomb", Bomb(range(0))))
     study = FaultStudy(("rti",), ("none", "bomb"), duration=3.4)
     drives = study.run()
-    content = summary(study, drives)["controllers"]["rti"]["bomb"]
+    content = study.summary(drives)["controllers"]["rti"]["bomb"]
     assert content["exceptions"] == 1
     assert content["exception"] == "ZeroDivisionError: no"
     assert content["largest_error_m"] is None
     json.dumps(content, allow_nan=False)
-    assert faults_table(summary(study, drives)["controllers"]["rti"]).rows[1] == ["A bomb", "-", "1", "-", "-", ""]
+    row = faults_table(study.summary(drives)["controllers"]["rti"]).rows[1]
+    assert row == ["A bomb", "0", "1", "-", "-", "75\u00a0OPTIMAL"]
+    assert drives["rti"]["bomb"].log.sizes["time"] == study.bad.start
+
+
+def test_an_interrupted_drive_says_when_its_fault_was():
+    def progress(done, _):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    study = FaultStudy(("rti",), ("nan",))
+    with pytest.raises(KeyboardInterrupt) as caught:
+        study.runs()["rti", "nan"].run(progress=progress)
+    attributes = {"fault": "NaN in a state", "first_bad_sample": study.bad.start, "bad_samples": 5, "complete": "no"}
+    assert caught.value.log.attrs.items() >= attributes.items()
 
 
 def test_bad_commands_and_late_recovery_are_counted(drives):
@@ -134,7 +178,7 @@ def test_bad_commands_and_late_recovery_are_counted(drives):
 
 
 def test_print_and_page_show_the_same(drives):
-    figures = fault_panels({"rti": drives["rti portable"]})
+    figures = fault_panels({"rti": drives["rti portable"].all()})
     assert [figure.key for figure in figures] == ["error-rti", "steering-rate-rti"]
     for content in figures:
         assert [title for title, _ in content.panels] == [fault.title for fault in FAULTS.values()][1:]
@@ -163,7 +207,8 @@ def test_bad_settings(settings, message):
     assert message in str(error.value)
 
 
-def test_the_command_writes_all_it_promises(tmp_path):
+def test_the_command_writes_all_it_promises(tmp_path, monkeypatch):
+    monkeypatch.setattr("rumo.studies.faults.FaultStudy", partial(FaultStudy, duration=3.4))
     result = CliRunner(env={"COLUMNS": "120"}).invoke(
         app, ["study", "faults", "--controllers", "rti", "--output", str(tmp_path)]
     )

@@ -44,6 +44,9 @@ static inline dims dims_of(const rumo_sizes *p) {
     return s;
 }
 
+/* Stages over which the gate asks how far states can go. */
+static inline int gate_stages(const dims *s) { return s->N < s->d + RUMO_GATE_STAGES ? s->N : s->d + RUMO_GATE_STAGES; }
+
 /* Inputs already decided when a measurement comes: those of the delay or, without one, the last. */
 static inline int decided_inputs(const dims *s) { return s->d > 1 ? s->d : 1; }
 

@@ -6,6 +6,7 @@
 #include "base/copies.c"
 #include "guard/follow.c"
 #include "guard/gate.c"
+#include "guard/stray.c"
 #include "rules.c"
 
 static void lay_out_alone(arena *a, rumo_guard *g, const rumo_guard_data *data) {
@@ -49,7 +50,7 @@ static rumo_fault update_guard(rumo_guard *g, const rumo_bounds *given) {
 }
 
 static rumo_status admit(rumo_guard *g, const double *x, const double *reference, int count, const double *reach) {
-    const rumo_status status = finite_sample(g->s.nx, x, reference, count);
+    const rumo_status status = finite_sample(g->s.nx, x, all_finite(reference, count));
     g->surprised = 0;
     if (status != RUMO_OPTIMAL) return status;
     return plausible(g, x, reach) ? RUMO_OPTIMAL : RUMO_BAD_MEASUREMENT;

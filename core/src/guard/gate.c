@@ -9,8 +9,6 @@
 /* And only if the prediction has left them by more than this share of the gate's unit. */
 #define GATE_MOTION 1e-3
 
-static inline int gate_stages(const dims *s) { return s->N < s->d + RUMO_GATE_STAGES ? s->N : s->d + RUMO_GATE_STAGES; }
-
 /* Whether a measurement can be. Held back are samples outside a wide gate around the prediction, and samples that repeat
  * the one before in every state although the prediction has moved; both are believed when they go on for too long.
  *
@@ -58,9 +56,9 @@ static int plausible(rumo_guard *g, const double *x, const double *reach) {
 }
 
 /* Whether a sample is one that can be used: OPTIMAL, or why not. */
-static inline rumo_status finite_sample(int nx, const double *x, const double *reference, int count) {
+static inline rumo_status finite_sample(int nx, const double *x, int reference_is_finite) {
     if (!all_finite(x, nx)) return RUMO_BAD_MEASUREMENT;
-    return all_finite(reference, count) ? RUMO_OPTIMAL : RUMO_BAD_REFERENCE;
+    return reference_is_finite ? RUMO_OPTIMAL : RUMO_BAD_REFERENCE;
 }
 
 #endif

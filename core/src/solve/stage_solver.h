@@ -1,4 +1,14 @@
-/* The seam between linearised stages and whatever finds the step from the guess. */
+/* The seam between linearised stages and whatever finds the step from the guess.
+ *
+ * A second solver is a folder beside dense/ with a file that defines `solver`, a stage_solver, and `solver_memory`, the type
+ * of its memory; it may use base/, stages/ and active_set/, not guard/. A build takes it by RUMO_SOLVER, the name of that
+ * file, in Python by kernel.tailored(description, solver). Calls through `solver`, a constant, cost nothing.
+ *
+ * What every solver owes: inputs of the delay are `decided`, those after it obey bounds and move bounds, and hold over blocks
+ * (base/blocks.h). Constraints are imposed where the problem says so, but not where no input moves them. Soft ones give
+ * way at the prices l1 and l2; where hard ones cannot hold, there is no step. Arithmetic alone: no allocation, no state
+ * outside of its memory.
+ */
 #ifndef RUMO_STAGE_SOLVER_H
 #define RUMO_STAGE_SOLVER_H
 
@@ -34,16 +44,18 @@ typedef struct stage_step {
     const rumo_conflict *conflict; /* the solver's */
 } stage_step;
 
-/* A method. Its memory is the caller's, and what it lays out in the arena. */
+/* A method. Its memory is the caller's, a solver_memory and what it lays out in the arena. */
 typedef struct stage_solver {
-    /* `given` is the problem as it came, `own` the copy that stays; without memory, to measure. */
+    /* Once. `given` is the problem as it came, `own` the copy that stays; without memory, to measure. */
     void (*lay_out)(arena *, void *, const rumo_problem *own, const rumo_problem *given);
-    void (*renumber)(void *); /* the problem's numbers are others */
+    void (*renumber)(void *); /* the problem's numbers are others, or known for the first time */
     void (*forget)(void *);   /* nothing of former solutions helps */
-    /* All that needs no measurement, with what is kept of former solutions `shift` stages on; 0 if there is no solution.
-     * The stages' reach is filled in: a dense solver has it in its responses, a sweep of its own takes a fifth of a step. */
+    /* All that needs no measurement, with what is kept of former solutions `shift` samples on, 0 or 1; 0 if there can be no
+     * solution. The stages' reach is filled in: a dense solver has it in its responses; without them a sweep back along the
+     * stages, as in controllers/engines/reach.py, takes as long as a quarter of a dense step. */
     int (*prepare)(void *, stage_maps *, int shift);
-    /* SOLVER_FAILED leaves no step. */
+    /* From the stages prepared last, once or several times: OPTIMAL; BUDGET_EXCEEDED with the best step so far, admissible
+     * for bounds and move bounds; or SOLVER_FAILED, which leaves no step. */
     rumo_status (*solve)(void *, const stage_maps *, const stage_known *, const budget *, stage_step *);
 } stage_solver;
 

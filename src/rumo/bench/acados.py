@@ -99,6 +99,9 @@ class AcadosRti:
             self._solver = acados.AcadosOcpSolver(ocp, verbose=False)
         for i in range(1, N):
             self._solver.cost_set(i, "W", np.diag(np.r_[self._tracking[i - 1], self._moving[i]]))
+            interval = min(i, len(self._lower) - 1)  # beyond the horizon, the last
+            self._solver.constraints_set(i, "lbu", self._lower[interval])
+            self._solver.constraints_set(i, "ubu", self._upper[interval])
         self._release(ocp.constraints)
         self.reset(np.zeros(len(problem.model.states)))
 
@@ -187,8 +190,9 @@ class AcadosRti:
         problem, constraints, x, u = self.problem, ocp.constraints, self._augmented.x, self._augmented.u
         constraints.x0 = np.zeros(x.numel())
         constraints.idxbu = np.arange(u.numel())
-        constraints.lbu = self._limits(problem.input_lower / problem.input_scales)
-        constraints.ubu = self._limits(problem.input_upper / problem.input_scales)
+        self._lower = self._limits(problem.numbers.input_lower[problem.delay :] / problem.input_scales)
+        self._upper = self._limits(problem.numbers.input_upper[problem.delay :] / problem.input_scales)
+        constraints.lbu, constraints.ubu = self._lower[0], self._upper[0]
         moved = np.flatnonzero(np.isfinite(problem.move_lower) | np.isfinite(problem.move_upper))
         if moved.size:
             constraints.C = constant(-ca.jacobian(x[-u.numel() :], x))[moved]

@@ -105,11 +105,15 @@ def available() -> list[str]:
 
 
 def measure(
-    recording: Recording, names: list[str], schemes: Mapping[str, Discretization] | None = None
+    recording: Recording,
+    names: list[str],
+    schemes: Mapping[str, Discretization] | None = None,
+    replays: dict[str, list[Array]] | None = None,
 ) -> dict[str, Array]:
     """Times of each runner in microseconds: each sample's median over the replays.
 
-    Schemes are run by the default backend, under their own names.
+    Schemes are run by the default backend, under their own names. `replays` is filled on the way, for whoever wants to
+    know of a measurement that is interrupted.
     """
     runners = {name: RUNNERS[name] for name in names}
     slow: set[str] = set(SLOW)
@@ -117,22 +121,29 @@ def measure(
     for name, scheme in (schemes or {}).items():
         runners[name] = partial(_core, backend="auto", scheme=scheme)
         (slow if scheme.substeps > MANY_SUBSTEPS else fast).add(name)
-    replays: dict[str, list[Array]] = {name: [] for name in runners}
+    replays = {} if replays is None else replays
     quick, others = [name for name in runners if name in fast], [name for name in runners if name not in fast]
     for turn in range(ROUNDS):
-        _take_turns({name: runners[name] for name in others if turn == 0 or name not in slow}, recording, replays)
         for _ in range(LAPS):
             start = perf_counter_ns()
             _take_turns({name: runners[name] for name in quick}, recording, replays)
             if perf_counter_ns() - start > 1e9 * LAP_SECONDS:
                 break
+        _take_turns({name: runners[name] for name in others if turn == 0 or name not in slow}, recording, replays)
+    medians = summed_up(replays)
+    return {name: medians[name] for name in runners}
+
+
+def summed_up(replays: Mapping[str, list[Array]]) -> dict[str, Array]:
+    """Each sample's median over the replays, of each runner."""
     return {name: np.median(times, axis=0) for name, times in replays.items()}
 
 
 def _take_turns(runners: Mapping[str, Runner], recording: Recording, replays: dict[str, list[Array]]) -> None:
     for name, run in runners.items():
         with _quiet():
-            replays[name].append(run(recording))
+            times = run(recording)
+        replays.setdefault(name, []).append(times)
 
 
 @contextmanager

@@ -1,5 +1,5 @@
 """The command `rumo`."""
 
-from rumo.cli.app import app, main
+from rumo.cli.entry import main
 
-__all__ = ["app", "main"]
+__all__ = ["main"]

@@ -1,9 +1,7 @@
-"""The application: its commands, `--version`, and what becomes of an output that nobody takes."""
+"""The application: its commands, and `--version`."""
 
 from __future__ import annotations
 
-import os
-import sys
 from typing import Annotated
 
 import typer
@@ -33,28 +31,3 @@ def options(
     if version:
         typer.echo(f"rumo {rumo.__version__}")
         raise typer.Exit
-
-
-def main() -> None:
-    """Run the command; a full disk is one line on standard error, and a reader that has gone away is silence."""
-    code: int | str | None = 0
-    try:
-        try:
-            app(prog_name="rumo")
-        except SystemExit as end:
-            code = end.code
-        sys.stdout.flush()
-    except BrokenPipeError:
-        code = _give_up_output()
-    except OSError as error:
-        code = _give_up_output()
-        print(f"Error: the output cannot be written: {error}", file=sys.stderr)
-    except KeyboardInterrupt:
-        code = 130
-    sys.exit(code)
-
-
-def _give_up_output() -> int:
-    """So that Python does not try, and complain, once more at its end."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return 1

@@ -9,12 +9,13 @@ import textwrap
 from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TextIO, cast
 
 import typer
 from rich.console import Console
 from rich.text import Text
 
+from rumo.cli.streams import Unheeded
 from rumo.errors import ArgumentError, RumoError
 from rumo.files import write_whole
 from rumo.report.contents import Report
@@ -42,14 +43,19 @@ def errors_in_words() -> Generator[None]:
         raise typer.Exit(2) from None
 
 
+def standard_error() -> Console:
+    """For what is told beside the results; it is forgotten where it cannot be written."""
+    return Console(file=cast("TextIO", Unheeded()))
+
+
 def print_error(text: str) -> None:
     """One line on standard error."""
-    Console(stderr=True).print(f"Error: {text}", style="bold red", soft_wrap=True, highlight=False, markup=False)
+    standard_error().print(f"Error: {text}", style="bold red", soft_wrap=True, highlight=False, markup=False)
 
 
 def print_note(text: str) -> None:
     """One line on standard error that is no error."""
-    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
+    standard_error().print(text, soft_wrap=True, highlight=False, markup=False)
 
 
 def writable(folder: Path) -> Path:

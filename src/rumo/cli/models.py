@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from rumo.cli.console import Json, Quiet, print_json, print_lines
+from typing import Annotated
+
+import typer
+
+from rumo.cli.console import Json, print_json, print_lines
+
+Names = Annotated[bool, typer.Option("--quiet", "-q", help="Print names only.")]
 
 
-def models(as_json: Json = False, quiet: Quiet = False) -> None:
-    """List the models that come with Rumo, with their signals and units; with --quiet their names only."""
+def models(as_json: Json = False, quiet: Names = False) -> None:
+    """List the models that come with Rumo, with their signals and units."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text

@@ -12,6 +12,8 @@ from typing import Protocol
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
+from rumo.cli.console import standard_error
+
 PAUSE = 10.0
 """Between two lines on a pipe about the same work [s]."""
 
@@ -33,13 +35,13 @@ def progress(quiet: bool = False) -> Generator[Told]:
 
 @contextmanager
 def _quiet() -> Generator[Told]:
-    with _messages(Console(stderr=True), logging.WARNING):
+    with _messages(standard_error(), logging.WARNING):
         yield lambda name, done, every: None
 
 
 @contextmanager
 def _bars() -> Generator[Told]:
-    console, tasks = Console(stderr=True), dict[str, TaskID]()
+    console, tasks = standard_error(), dict[str, TaskID]()
     columns = TextColumn("{task.description:>15}"), BarColumn(), TextColumn("{task.fields[count]}"), TimeElapsedColumn()
     with Progress(*columns, console=console) as bars, _messages(console, logging.INFO):
 
@@ -53,7 +55,7 @@ def _bars() -> Generator[Told]:
 
 @contextmanager
 def _lines() -> Generator[Told]:
-    console, started, shown = Console(stderr=True), dict[str, float](), dict[str, float]()
+    console, started, shown = standard_error(), dict[str, float](), dict[str, float]()
     with _messages(console, logging.INFO):
 
         def tell(name: str, done: float, every: int) -> None:

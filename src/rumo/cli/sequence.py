@@ -2,54 +2,71 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
+from math import inf
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from rumo.cli.console import print_error, print_json, print_lines, print_note, print_report, writable, write_json
-from rumo.cli.interrupts import interrupts
+from rumo.cli.console import print_json, print_lines, print_note, print_report, writable, write_json
 from rumo.cli.progress import Told, progress
-from rumo.errors import PlantError
+from rumo.errors import RumoError
+from rumo.interrupts import EXIT_CODE, interruptible
 from rumo.report.contents import Report
-from rumo.studies.base import Key, Study, carry_out, nested
 
-INTERRUPTED = 130
-"""Exit code, as of all programs that SIGINT ends."""
+if TYPE_CHECKING:
+    from rumo.report.charts import Chart, Panels
+    from rumo.studies.base import Key, Study
 
 
 def run_study(study: Study, output: Path, *, as_json: bool = False, quiet: bool = False) -> None:
     """Run a study and write its report to a folder; its tables and sentences, or its summary, on the terminal.
 
-    If it is interrupted, or a plant fails, what was done until then is written all the same and says so.
+    Whatever ends it early, what was done until then is written and says so. A second Ctrl-C leaves out the figures.
     """
     folder = writable(output)
     with progress(quiet) as told:
         results, stopped = _results(study, folder, told)
-        report = study.report(nested(results))
-        if stopped is not None:
-            if not quiet:
-                print_note("Writing what has been done until here.")
-            reason = "interrupted" if isinstance(stopped, KeyboardInterrupt) else str(stopped)
-            done = f"Incomplete: {len(results)} of {len(study.runs())} runs were done, then: {reason}."
-            report = replace(report, summary={**report.summary, "complete": False}, warning=done.replace("..", "."))
-        _write(report, folder, told)
+        if stopped is not None and not quiet:
+            print_note("Writing what has been done until here.")
+        try:
+            report = _write(study, results, stopped, folder)
+            _draw(report.figures, folder, told)
+        except KeyboardInterrupt as interrupt:
+            stopped = stopped or interrupt
+            report = _write(study, results, stopped, folder)
     if as_json:
         print_json(report.summary)
     elif not quiet:
         print_report(report)
         print_lines(["", f"Report: {folder / 'report.html'}"])
+    end(stopped)
+
+
+def incomplete(report: Report, done: str, stopped: BaseException) -> Report:
+    """A report that says first how much was done, and what ended it."""
+    reason = str(stopped) if isinstance(stopped, RumoError) else f"{type(stopped).__name__}: {stopped}"
     if isinstance(stopped, KeyboardInterrupt):
-        raise typer.Exit(INTERRUPTED)
+        reason = "interrupted"
+    warning = f"Incomplete: {done}, then: {reason.removesuffix('.')}."
+    return replace(report, summary={**report.summary, "complete": False}, warning=warning)
+
+
+def end(stopped: BaseException | None) -> None:
+    """End a command as what stopped it demands, when all that was done has been told."""
+    if isinstance(stopped, KeyboardInterrupt):
+        raise typer.Exit(EXIT_CODE)
     if stopped is not None:
-        print_error(str(stopped))
-        raise typer.Exit(2)
+        raise stopped
 
 
 def _results(study: Study, folder: Path, told: Told) -> tuple[dict[Key, Any], BaseException | None]:
     """What came of the runs, and what stopped them before they were all done."""
     from rumo.simulation.log import save
+    from rumo.studies.base import carry_out
 
     results: dict[Key, Any] = {}
     runs = study.runs()
@@ -58,38 +75,39 @@ def _results(study: Study, folder: Path, told: Told) -> tuple[dict[Key, Any], Ba
         if study.keeps_logs and log is not None:
             save(log, folder / f"log-{'-'.join(map(str, key))}.nc")
 
-    with interrupts() as interrupt:
-
-        def tell(name: str, done: float, every: int) -> None:
-            interrupt.check()
-            told(name, done, every)
-
-        try:
-            for key, result in carry_out(runs, tell):
-                interrupt.check()
-                keep(key, getattr(result, "log", result))
-                results[key] = result
-        except (Exception, KeyboardInterrupt) as stopped:
-            if not (interrupt.seen or isinstance(stopped, PlantError | KeyboardInterrupt)):
-                raise
-            # What was driven so far is kept as well.
-            log = getattr(stopped, "log", None)
-            if log is not None:
+    try:
+        for key, result in carry_out(runs, told):
+            keep(key, getattr(result, "log", result))
+            results[key] = result
+    except (Exception, KeyboardInterrupt) as stopped:
+        # What was driven so far is kept as well, if it can be.
+        log = getattr(stopped, "log", None)
+        if log is not None:
+            with suppress(KeyboardInterrupt, OSError), interruptible(inf):
                 keep(next(key for key in runs if key not in results), log.assign_attrs(complete="no"))
-            return results, stopped if isinstance(stopped, PlantError) and not interrupt.seen else KeyboardInterrupt()
+        return results, stopped
     return results, None
 
 
-def _write(report: Report, folder: Path, told: Told) -> None:
-    from rumo.report.figures import write_figures
+def _write(study: Study, results: dict[Key, Any], stopped: BaseException | None, folder: Path) -> Report:
+    """Summary and page, which a second Ctrl-C does not keep from being written."""
     from rumo.report.page import write_page
+    from rumo.studies.base import nested
 
-    write_json(report.summary, folder / "summary.json")
-    write_page(folder / "report.html", report)
-    with interrupts() as interrupt:
-        for i, figure in enumerate(report.figures):
-            told("figures", i, len(report.figures))
-            write_figures([figure], folder)
-            interrupt.check()
-    if report.figures:
-        told("figures", len(report.figures), len(report.figures))
+    with interruptible(inf):
+        report = study.report(nested(results))
+        if stopped is not None:
+            report = incomplete(report, f"{len(results)} of {len(study.runs())} runs were done", stopped)
+        write_json(report.summary, folder / "summary.json")
+        write_page(folder / "report.html", report)
+    return report
+
+
+def _draw(figures: Sequence[Chart | Panels], folder: Path, told: Told) -> None:
+    from rumo.report.figures import write_figures
+
+    for i, figure in enumerate(figures):
+        told("figures", i, len(figures))
+        write_figures([figure], folder)
+    if figures:
+        told("figures", len(figures), len(figures))

@@ -28,7 +28,7 @@ def paper(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """The paper's case study: a car follows a sine path in wind, with noisy sensors."""
+    """The paper's case study. A car follows a sine path in wind, with noisy sensors."""
     with errors_in_words():
         from rumo.studies import PaperStudy
 
@@ -45,7 +45,7 @@ def faults(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Five bad samples in a row: sensors and solvers that fail, and what becomes of the drive."""
+    """Drives through five bad samples in a row. Sensors and solvers fail, and the car goes on."""
     with errors_in_words():
         from rumo.studies.faults import FaultStudy
 
@@ -64,7 +64,7 @@ def discretization(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Discretisation schemes: accuracy, cost and stability on the car and on stiff systems that are none."""
+    """Accuracy, cost and stability of discretisation schemes. On the car, and on stiff systems that are none."""
     with errors_in_words():
         from rumo.registry import DISCRETIZATIONS
         from rumo.studies.discretization import CASES, DiscretizationStudy
@@ -86,7 +86,7 @@ def linearization(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Linearised about the last plan, along the reference, or not at all: who loses the car, and what it costs."""
+    """Where to linearise. About the last plan, along the reference, or not at all: who loses the car, at what cost."""
     with errors_in_words():
         from rumo.studies.linearization import SWEEPS, LinearizationStudy
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from threading import RLock
 from typing import Any, Generic
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import as_mapping, checked
+from rumo.checks import as_mapping, as_numbers, known_names
 from rumo.controllers.arguments import Inputs, ReferenceWindow, decided_inputs
 from rumo.controllers.engines.base import Engine
-from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.explanation import Explanation, explain, local_error
 from rumo.controllers.settings import S, changed
 from rumo.errors import ArgumentError, FrozenError, ShapeError
@@ -27,6 +27,8 @@ from rumo.transcription import Transcription
 class Controller(Sealed, Generic[S]):
     """A model predictive controller: `prepare()`, then `feedback(x, reference)`, once each sample.
 
+    Threads may share it: steps wait for each other, and so do changes, of which none is lost.
+
     Parameters
     ----------
     transcription : Transcription
@@ -40,6 +42,7 @@ class Controller(Sealed, Generic[S]):
     name = "controller"
 
     def __init__(self, transcription: Transcription, engine: Engine, settings: S) -> None:
+        self._lock = RLock()  # around what is read, changed and written back; steps have the engine's
         self._transcription = transcription
         self._engine = engine
         self._settings = settings
@@ -62,8 +65,10 @@ class Controller(Sealed, Generic[S]):
 
     @settings.setter
     def settings(self, settings: S) -> None:
-        self._engine.configure(checked(settings, "settings", type(self._settings)))
-        self._settings = settings
+        with self._lock:
+            settings = changed(settings, {}, type(self._settings))
+            self._engine.configure(settings)
+            self._settings = settings
 
     def configure(self, **changes: Any) -> None:
         """Change single settings from the next call on: `configure(gate=None)`.
@@ -75,7 +80,8 @@ class Controller(Sealed, Generic[S]):
         ArgumentError
             If a value cannot work; then nothing has changed.
         """
-        self.settings = changed(self._settings, changes, type(self._settings))
+        with self._lock:
+            self.settings = changed(self._settings, changes, type(self._settings))
 
     def update(self, **changes: Any) -> None:
         """Change numbers of the problem from the next preparation on: `update(weights={"p_y": 20.0})`.
@@ -83,18 +89,19 @@ class Controller(Sealed, Generic[S]):
         Takes what `Problem.changed` takes, raises what it raises, and then nothing has changed. Guess, plan and counts
         stay; nothing is compiled. What was prepared is prepared again.
         """
-        transcription = self._transcription.renumbered(self.problem.changed(**changes))
-        self._engine.update(transcription)
-        self._transcription = transcription
+        with self._lock:
+            transcription = self._transcription.renumbered(self.problem.changed(**changes))
+            self._engine.update(transcription)
+            self._transcription = transcription
 
     @property
     def parameters(self) -> Array:
-        """Values of the model's parameters on each interval (N, np_).
+        """Values of the model's parameters on each interval (N, np_), read-only.
 
-        Set some by a mapping from names to numbers, or N numbers each; the others stay what they are. They are kept
-        until they are set again.
+        Set some by a mapping from names to numbers, or N numbers each, here or by `update(parameters=...)`; the others
+        stay what they are. They are kept until they are set again.
         """
-        return self.problem.parameters.copy()
+        return self.problem.parameters
 
     @parameters.setter
     def parameters(self, values: Mapping[str, ArrayLike]) -> None:
@@ -110,11 +117,12 @@ class Controller(Sealed, Generic[S]):
         applied : mapping, or array_like (nu,) or (max(delay, 1), nu), optional
             Inputs already decided; the safe input if not given.
         """
-        decided = decided_inputs(self.problem, applied)
-        state = None if x is None else self.problem.model.states.finite_vector(x, "x")
-        self._engine.reset(decided)
-        if state is not None:
-            self._engine.start(self._at_rest(state, decided[-1]))
+        with self._lock:
+            decided = decided_inputs(self.problem, applied)
+            state = None if x is None else self.problem.model.states.finite_vector(x, "x")
+            self._engine.reset(decided)
+            if state is not None:
+                self._engine.rest(state)
 
     def engage(
         self, *, applied: Inputs, x: Values | None = None, plan: Plan | Mapping[str, ArrayLike] | None = None
@@ -128,21 +136,24 @@ class Controller(Sealed, Generic[S]):
         x : mapping or sequence, (nx,), optional
             State to prepare the first step for.
         plan : Plan, or mapping with "x" (N + 1, nx) and "u" (N, nu), optional
-            Where to linearise first, instead of a state at rest.
+            Where to linearise first, instead of a state at rest. What has names must have those of this problem.
         """
         guess = None if plan is None else self._guess(plan)
-        self.reset(x, applied)
-        if guess is not None:
-            self._engine.start(guess)
+        with self._lock:
+            self.reset(x, applied)
+            if guess is not None:
+                self._engine.start(*guess)
 
     @property
     def applied(self) -> Array:
-        """Inputs already decided, shape (max(delay, 1), nu), oldest first.
+        """Inputs already decided, shape (max(delay, 1), nu), oldest first, read-only.
 
         Those of the next `delay` intervals or, without delay, the last one applied. Each step appends its
-        command; set this where something else was applied.
+        command; set all of them, `controller.applied = ...`, where something else was applied.
         """
-        return self._engine.applied
+        applied = self._engine.applied
+        applied.flags.writeable = False
+        return applied
 
     @applied.setter
     def applied(self, inputs: Inputs) -> None:
@@ -188,43 +199,49 @@ class Controller(Sealed, Generic[S]):
     def explain(self, plan: Plan) -> Explanation:
         """What limits a plan of this controller: stiffness, active and violated constraints, convergence.
 
-        Takes milliseconds: it estimates the local error too.
+        With the numbers that the plan was made with, whatever `update` has changed since. Takes milliseconds: it
+        estimates the local error too.
         """
-        return explain(self._transcription, plan, self.parameters)
+        return explain(plan, self._transcription.discretization)
 
     def local_error(self, plan: Plan) -> NamedArray[Array]:
         """Error of each interval of a plan (N, nx), estimated by one with twice as many substeps."""
-        return local_error(self._transcription, plan, self.parameters)
+        return local_error(plan, self._transcription.discretization)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if self._constructed and hasattr(self._settings, name):
             raise FrozenError(f"{name} is one of the settings: write controller.configure({name}={value!r}).")
         super().__setattr__(name, value)
 
-    def _at_rest(self, x: Array, u: Array) -> Trajectory:
-        problem = self.problem
-        N, numbers = problem.horizon, problem.numbers
-        inputs = np.clip(np.tile(u, (N, 1)), numbers.input_lower, numbers.input_upper)
-        inner = np.tile(self._transcription.inner_between(x, x), (N, 1))
-        return Trajectory(inputs, np.tile(x, (N + 1, 1)), inner, resting=True)
-
-    def _guess(self, plan: Plan | Mapping[str, ArrayLike]) -> Trajectory:
-        """A trajectory of the user's, checked."""
+    def _guess(self, plan: Plan | Mapping[str, ArrayLike]) -> tuple[Array, Array]:
+        """States and inputs of the user's, checked."""
         problem = self.problem
         model, N = problem.model, problem.horizon
         parts = {"u": plan.u, "x": plan.x} if isinstance(plan, Plan) else as_mapping(plan, "plan")
+        known_names(parts, "plan", ("x", "u"))
         arrays: list[Array] = []
-        for name, shape in (("u", (N, len(model.inputs))), ("x", (N + 1, len(model.states)))):
+        for name, rows, signals in (("u", N, model.inputs), ("x", N + 1, model.states)):
+            argument, shape = f"plan[{name!r}]", (rows, len(signals))
             if name not in parts:
                 raise ArgumentError("plan", f"no {name!r}", "a Plan, or a mapping with 'x' and 'u'")
-            array = np.array(parts[name], dtype=float)
+            part = parts[name]
+            if isinstance(part, NamedArray):
+                if part.signals.names != signals.names:
+                    raise ArgumentError(
+                        argument,
+                        f"values of {', '.join(part.signals)}",
+                        f"those of {', '.join(signals)}",
+                        "Give arrays, in this order.",
+                    )
+                part = part.values
+            array = as_numbers(part, argument).copy()
             if array.shape != shape:
-                raise ShapeError(f"plan[{name!r}]", f"shape {array.shape}", f"shape {shape}")
+                raise ShapeError(argument, f"shape {array.shape}", f"shape {shape}")
             if not np.isfinite(array).all():
-                raise ArgumentError(f"plan[{name!r}]", "NaN or infinity", "finite numbers")
+                raise ArgumentError(argument, "NaN or infinity", "finite numbers")
             arrays.append(array)
         u, x = arrays
-        return Trajectory(u, x, self._transcription.inner_between(x[:-1], x[1:]), resting=True)
+        return x, u
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.problem!r})"

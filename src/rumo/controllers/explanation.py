@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rumo.discretization import Discretization
 from rumo.discretization.stability import eigenvalues
 from rumo.kernel import SLACK_TOLERANCE
 from rumo.plan import Plan
-from rumo.problem import Problem
 from rumo.signals import Array, NamedArray
 from rumo.transcription import Transcription
 
@@ -20,7 +20,7 @@ RK4_LIMIT = 2.785
 """Largest |lambda| dt at which RK4 is stable for a decaying mode."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Explanation:
     """Printed, it is a few sentences.
 
@@ -45,13 +45,13 @@ class Explanation:
         return "\n".join(self.sentences)
 
 
-def explain(transcription: Transcription, plan: Plan, parameters: Array) -> Explanation:
-    """What limits a plan, made with parameters (N, np_)."""
-    problem, scheme = transcription.problem, transcription.discretization
+def explain(plan: Plan, scheme: Discretization) -> Explanation:
+    """What limits a plan that was made with a scheme."""
+    problem = plan.problem
     outcome = plan.status.value if plan.status is plan.cause else f"{plan.status.value} {plan.cause.reason}"
     predicted = np.isfinite(plan.x.values).all()
-    stiffness = _stiffness(problem, plan, parameters) if predicted else np.full(problem.horizon, np.nan)
-    active = _stages(_active(problem, plan))
+    stiffness = _stiffness(plan) if predicted else np.full(problem.horizon, np.nan)
+    active = _stages(_active(plan))
     violated = _stages((violation.constraint, violation.stage) for violation in plan.violations)
     sentences = [f"Outcome: {outcome}"]
     if predicted:
@@ -61,7 +61,7 @@ def explain(transcription: Transcription, plan: Plan, parameters: Array) -> Expl
             f"Stiffness: |lambda| dt is up to {stiffness.max():.2g}, at stage {stage}; RK4 would need {needed} "
             f"{'steps' if needed > 1 else 'step'} in that interval, {type(scheme).__name__} takes {scheme.substeps}."
         )
-        sentences.append(_integration(transcription, plan, parameters))
+        sentences.append(_integration(plan, scheme))
     if plan.conflict:
         sentences.append(f"In conflict: {'; '.join(plan.conflict)}.")
     if np.isfinite(plan.constraints.values).all() and not plan.conflict:
@@ -74,34 +74,37 @@ def explain(transcription: Transcription, plan: Plan, parameters: Array) -> Expl
     return Explanation(stiffness, active, violated, tuple(sentences))
 
 
-def local_error(transcription: Transcription, plan: Plan, parameters: Array) -> NamedArray[Array]:
+def local_error(plan: Plan, scheme: Discretization) -> NamedArray[Array]:
     """Error of each interval alone, from the plan's state at its beginning, estimated with twice as many substeps.
 
     Shape (N, nx); NaN where nothing was predicted, or the equations could not be solved. Source: Hairer, Norsett and
     Wanner (1993), ch. II.4 (Richardson extrapolation).
     """
-    problem, scheme = transcription.problem, transcription.discretization
-    finer = Transcription(problem, replace(scheme, substeps=2 * scheme.substeps))
+    problem = plan.problem
+    transcriptions = [Transcription(problem, each) for each in (scheme, replace(scheme, substeps=2 * scheme.substeps))]
+    parameters = transcriptions[0].given(problem.parameters)
     share = 2.0**scheme.order / (2.0**scheme.order - 1.0)
     errors = np.full((problem.horizon, len(problem.model.states)), np.nan)
     for k in range(problem.horizon if np.isfinite(plan.x.values).all() else 0):
         x, u, nx = plan.x.values[k], plan.u.values[k], errors.shape[1]
         try:
-            coarse, fine = (each.advance(x, u, each.given(parameters)[k])[0][:nx] for each in (transcription, finer))
+            coarse, fine = (each.advance(x, u, parameters[k])[0][:nx] for each in transcriptions)
             errors[k] = share * (coarse - fine)
         except np.linalg.LinAlgError:
             continue
     return NamedArray(problem.model.states, errors)
 
 
-def _stiffness(problem: Problem, plan: Plan, parameters: Array) -> Array:
+def _stiffness(plan: Plan) -> Array:
     """Largest |lambda| dt of each interval (N,), algebraic variables eliminated."""
+    problem = plan.problem
     variables = np.hstack([plan.x.values[1:], plan.z.values])
-    return np.abs(eigenvalues(problem.model, variables, plan.u.values, parameters)).max(axis=1) * problem.steps
+    return np.abs(eigenvalues(problem.model, variables, plan.u.values, problem.parameters)).max(axis=1) * problem.steps
 
 
-def _active(problem: Problem, plan: Plan) -> Iterator[tuple[str, int]]:
+def _active(plan: Plan) -> Iterator[tuple[str, int]]:
     """Limits that a plan keeps to exactly: name and stage."""
+    problem = plan.problem
     d, near, u = problem.delay, SLACK_TOLERANCE * problem.input_scales, plan.u.values
     moves = np.diff(u, axis=0, prepend=np.full((1, u.shape[1]), np.nan))
     limits = (
@@ -117,15 +120,15 @@ def _active(problem: Problem, plan: Plan) -> Iterator[tuple[str, int]]:
         yield problem.constraints[j].name, int(k) + 1
 
 
-def _integration(transcription: Transcription, plan: Plan, parameters: Array) -> str:
+def _integration(plan: Plan, scheme: Discretization) -> str:
     """How accurate the prediction is."""
-    errors = np.abs(local_error(transcription, plan, parameters).values)
+    errors = np.abs(local_error(plan, scheme).values)
     span = np.ptp(plan.x.values, axis=0)
     relative = errors / np.where(span > 0.0, span, np.inf)
     if not np.isfinite(relative).all():
         return "Integration: the local error could not be estimated."
     k, j = np.unravel_index(np.argmax(relative), relative.shape)
-    states, diagnostics = transcription.problem.model.states, plan.diagnostics
+    states, diagnostics = plan.problem.model.states, plan.diagnostics
     amount = f"{errors[k, j]:.2g} {states.units[j]}".removesuffix(" 1")
     words = (
         f"Integration: an interval's own error is largest in {states.names[j]}, {amount} at stage {k + 1}, "

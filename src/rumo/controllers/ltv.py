@@ -64,8 +64,8 @@ class _AlongReference(NumpyRti):
     def configure(self, settings: LtvSettings) -> None:
         super().configure(Settings(qp=settings.qp))
 
-    def prepare(self, guess: Trajectory, applied: Array) -> bool:
-        return True
+    def prepare(self, guess: Trajectory, applied: Array) -> float | None:
+        return 0.0
 
     def solve(self, x: Array, window: Mapping[str, Array], guess: Trajectory, applied: Array) -> Candidate | None:
         if guess.resting:

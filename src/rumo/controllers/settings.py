@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -173,9 +174,10 @@ else:
 def changed(settings: S, changes: dict[str, Any], kind: type[S]) -> S:
     """Settings of a kind, with other values of those named; another kind or an unknown name raises."""
     if type(settings) is not kind:
-        raise ArgumentError("settings", repr(settings), f"rumo.{kind.__name__}(...)")
+        cure = f"Write rumo.{kind.__name__}(**settings)." if isinstance(settings, Mapping) else ""
+        raise ArgumentError("settings", repr(settings), f"rumo.{kind.__name__}(...)", cure)
     names = [field.name for field in fields(settings)]
     for name in changes:
         if name not in names:
             raise UnknownNameError("settings", name, names)
-    return replace(settings, **changes)
+    return replace(settings, **changes) if changes else settings

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from rumo.errors import ArgumentError
+from rumo.checks import as_names, as_numbers
+from rumo.errors import ArgumentError, ShapeError
 from rumo.model import Model
 from rumo.problem import Problem
 from rumo.signals import Array, Signals
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Estimate:
     """What an estimator believes.
 
@@ -30,6 +31,7 @@ class Estimate:
     covariance: Array | None = None
 
 
+@runtime_checkable
 class RunningEstimator(Protocol):
     """An estimator with memory, beside the controller; asked once each sample."""
 
@@ -49,8 +51,13 @@ class RunningEstimator(Protocol):
         ...
 
 
+@runtime_checkable
 class Estimator(Protocol):
-    """Settings of an estimator."""
+    """Settings of an estimator.
+
+    One that takes late measurements for what they are has a mapping `late` from their names to samples, like
+    `ExtendedKalman`; a loop refuses late sensors without.
+    """
 
     def start(self, problem: Problem, measured: Sequence[str] | None = None) -> RunningEstimator:
         """Return an estimator without memory.
@@ -86,9 +93,38 @@ class RunningUnfiltered:
         return Estimate(np.asarray(measured, dtype=float)[self._columns])
 
 
+def check_estimator(estimator: object) -> None:
+    """Raise unless it is an estimator's settings."""
+    if isinstance(estimator, type) or not isinstance(estimator, Estimator):
+        shown = estimator.__name__ if isinstance(estimator, type) else repr(estimator)
+        raise ArgumentError("estimator", shown, "settings such as Butterworth(cutoff=3.5)")
+
+
+def started(estimator: Estimator, problem: Problem, measured: Sequence[str]) -> RunningEstimator:
+    """What an estimator's settings, which may be of the user's making, start."""
+    running: object = estimator.start(problem, measured)
+    if not isinstance(running, RunningEstimator):
+        expected = "an object with update(measured, applied, parameters)"
+        raise ArgumentError("estimator.start()", repr(running), expected)
+    return running
+
+
+def as_estimate(estimate: object, states: Signals) -> Estimate:
+    """What an estimator, which may be of the user's making, has answered: an `Estimate` of these states."""
+    if not isinstance(estimate, Estimate):
+        cure = "Write return rumo.estimation.Estimate(x)."
+        raise ArgumentError("estimator.update()", repr(estimate), "an Estimate", cure)
+    x, covariance = states.vector(estimate.x, "estimator.update().x"), estimate.covariance
+    if covariance is not None:
+        covariance, shape = as_numbers(covariance, "estimator.update().covariance"), 2 * x.shape
+        if covariance.shape != shape:
+            raise ShapeError("estimator.update().covariance", f"shape {covariance.shape}", f"shape {shape}")
+    return Estimate(x, covariance)
+
+
 def measured_signals(model: Model, measured: Sequence[str] | None) -> Signals:
     """Names and units of signals of a model that are measured, its states for None."""
-    names = model.states.names if measured is None else measured
+    names = model.states.names if measured is None else as_names(measured, "measured")
     for name in names:
         model.expression(name, "measured")
     return Signals({name: model.unit(name) for name in names}, "measured")
@@ -96,7 +132,7 @@ def measured_signals(model: Model, measured: Sequence[str] | None) -> Signals:
 
 def state_columns(model: Model, measured: Sequence[str] | None) -> list[int]:
     """Where each state of a model stands among what is measured, for estimators that need all of them."""
-    names = list(model.states if measured is None else measured)
+    names = list(model.states if measured is None else as_names(measured, "measured"))
     missing = [name for name in model.states if name not in names]
     if missing:
         raise ArgumentError(

@@ -33,8 +33,9 @@ class Butterworth:
     def start(self, problem: Problem, measured: Sequence[str] | None = None) -> RunningButterworth:
         """Return a filter for the states of the problem's model, all measured; those in rad are unwrapped."""
         nyquist = 0.5 / problem.sampling_time
-        if not 0.0 < self.cutoff < nyquist:
-            raise ArgumentError("cutoff", f"{self.cutoff:g} Hz", f"a frequency between 0 and {nyquist:g} Hz")
+        cutoff = self.cutoff
+        if not isinstance(cutoff, int | float | np.number) or not 0.0 < cutoff < nyquist:
+            raise ArgumentError("cutoff", f"{cutoff} Hz", f"a frequency between 0 and {nyquist:g} Hz")
         whole_number(self.order, "order", 1)
         sections = signal.butter(self.order, self.cutoff, fs=2.0 * nyquist, output="sos")
         columns = state_columns(problem.model, measured)

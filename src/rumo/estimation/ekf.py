@@ -48,24 +48,27 @@ class ExtendedKalman:
     def start(self, problem: Problem, measured: Sequence[str] | None = None) -> RunningExtendedKalman:
         """Return a filter for the problem's model, discretised by implicit Euler; innovations in rad are wrapped."""
         states, signals = problem.model.states, measured_signals(problem.model, measured)
-        noise, process = _variances(signals, self.noise, "noise"), _variances(states, self.process, "process")
-        for name, samples in as_mapping(self.late, "late").items():
-            signals.index(name, "late")
-            whole_number(samples, f"late[{name!r}]", 0)
+        noise, process = (
+            _variances(signals, self.noise, "ExtendedKalman.noise"),
+            _variances(states, self.process, "ExtendedKalman.process"),
+        )
+        for name, samples in as_mapping(self.late, "ExtendedKalman.late").items():
+            signals.index(name, "ExtendedKalman.late")
+            whole_number(samples, f"ExtendedKalman.late[{name!r}]", 0)
         late = np.array([self.late.get(name, 0) for name in signals], dtype=int)
         prompt = [name for name in states if name in signals and not self.late.get(name, 0)]
         unknown = Signals({name: states.unit(name) for name in states if name not in prompt}, "unmeasured states")
         x, spread = np.full(len(states), np.nan), np.empty(len(states))
         columns = [states.index(name) for name in unknown]
-        x[columns] = unknown.finite_vector(dict(self.x), "x")
-        spread[columns] = _variances(unknown, self.deviations, "deviations")
+        x[columns] = unknown.finite_vector(as_mapping(self.x, "ExtendedKalman.x"), "ExtendedKalman.x")
+        spread[columns] = _variances(unknown, self.deviations, "ExtendedKalman.deviations")
         for name in prompt:
             spread[states.index(name)] = noise[signals.index(name)]
         return RunningExtendedKalman(Transcription(problem), signals, noise, process, late, x, spread)
 
 
 def _variances(signals: Signals, deviations: Mapping[str, float], argument: str) -> Array:
-    sigma = signals.finite_vector(dict(deviations), argument)
+    sigma = signals.finite_vector(as_mapping(deviations, argument), argument)
     for name, value in zip(signals, sigma, strict=True):
         if value <= 0.0:
             raise ArgumentError(f"{argument}[{name!r}]", f"{value:g}", "a positive standard deviation")

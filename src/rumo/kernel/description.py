@@ -17,7 +17,7 @@ VECTORS = ("y", "G", "defect")
 MATRICES = ("A0", "M", "B", "Cx", "Cu", "D", "E")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StageProgram:
     """The terms of a linearised substep: how each nonzero is computed.
 

@@ -120,6 +120,14 @@ class Guard:
         self._guard.rest(u)
         return u
 
+    def keep(self, straying: float) -> bool:
+        """Whether a guess is kept that was prepared: not if it strays from the dynamics, and those before it did not.
+
+        `straying` is how far it is from satisfying the dynamics, over what the inputs can do; 0 where that does not
+        matter.
+        """
+        return self._guard.keep(straying)
+
     def drop(self) -> None:
         """Say that the guess is of no use: a preparation has failed."""
         self._guard.drop()

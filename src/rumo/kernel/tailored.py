@@ -23,15 +23,18 @@ from typing import Any
 
 from platformdirs import user_cache_path
 
-from rumo.kernel import _core
+from rumo.kernel._core import __file__ as extension
+from rumo.kernel._core import build as build_name
 from rumo.kernel.description import Description
 
 logger = logging.getLogger("rumo")
 
-SOURCES = Path(_core.__file__).parent / "core"
+SOURCES = Path(extension).parent / "core"
 PATIENCE = 120.0
 """Time that a compiler may take [s]."""
 SUFFIX = ".dll" if os.name == "nt" else ".so"
+
+DENSE = "solve/dense/dense.c"
 
 COMMON = ("-std=c11", "-shared", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-w")
 GCC = ("-march=native", "-O2", "-ftree-vectorize", "-fvect-cost-model=dynamic", "-fpeel-loops")
@@ -60,10 +63,18 @@ def portable() -> Build:
     return Build("portable")
 
 
-def tailored(description: Description) -> Build:
-    """The build for a problem, compiled if the cache has none; the portable one if that is not possible."""
+def tailored(description: Description, solver: str = DENSE) -> Build:
+    """The build for a problem, compiled if the cache has none; the portable one if that is not possible.
+
+    Parameters
+    ----------
+    description : Description
+        What the core needs to know.
+    solver : str
+        The file that defines the stage solver, see `solve/stage_solver.h`.
+    """
     try:
-        sources = _sources(description)
+        sources = _sources(description, solver)
         command = _compiler()
         name = _fingerprint(sources, command)
         if name in _hopeless:
@@ -102,7 +113,7 @@ def cache_folder() -> Path:
     return folder
 
 
-def _sources(description: Description) -> tuple[str, str]:
+def _sources(description: Description, solver: str = DENSE) -> tuple[str, str]:
     """One translation unit, with sizes and core, and the model that it includes."""
     return (
         f"""\
@@ -111,6 +122,7 @@ def _sources(description: Description) -> tuple[str, str]:
 #define RUMO_TABLE rumo_core_tailored
 #define RUMO_BUILD "tailored"
 #define RUMO_EVALUATE "model.h"
+#define RUMO_SOLVER "{solver}"
 #include "core.c"
 """,
         description.tape.source("evaluate", description.sizes[0])
@@ -203,7 +215,7 @@ def _kept(library: Path) -> Build | None:
 def _load(library: Path) -> Build:
     loaded = ctypes.CDLL(str(library))
     table = ctypes.addressof(ctypes.c_char.in_dll(loaded, "rumo_core_tailored"))
-    _core.build(table)  # raises if it is of another version
+    build_name(table)  # raises if it is of another version
     return Build("tailored", table, loaded)
 
 

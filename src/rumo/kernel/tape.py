@@ -90,7 +90,7 @@ _C = {
 _OF_TWO = ("atan2", "pow", "hypot", "copysign", "fmod", "fmin", "fmax")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tape:
     """A program that computes the terms of one substep.
 

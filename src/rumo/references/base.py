@@ -10,12 +10,12 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import as_mapping, as_numbers
+from rumo.checks import as_mapping, as_numbers, check_signature
 from rumo.errors import ArgumentError, ShapeError
 from rumo.signals import Array, NamedArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Preview:
     """What lies ahead.
 
@@ -24,8 +24,8 @@ class Preview:
     signals : mapping of str to float or array_like (N + 1,)
         Wanted outputs, from now to the end of the horizon; a number is held.
     parameters : mapping of str to float or array_like (N,)
-        Parameters of the controller's model on each interval: curvature, friction or wind ahead. Empty where the
-        reference knows of none; the controller's are left as they are then.
+        Parameters of the controller's model on each interval: curvature, friction or wind ahead. Those not named are
+        the controller's own.
     """
 
     signals: Mapping[str, ArrayLike]
@@ -48,6 +48,10 @@ class Reference(Protocol):
         """
         ...
 
+
+SCALARS_ONLY = ("truth value", "converted to Python scalars")
+"""Parts of what Python and NumPy say where an array should be a number."""
+ARRAYS = "Write np.sin(t), not math.sin(t), and np.where(t < 1.0, a, b) for a condition: t is an array."
 
 ReferenceLike = Reference | Callable[[Array], Mapping[str, Any]] | Mapping[str, float]
 """A reference, a function from times (n,) [s] to values (n,) of each signal, or numbers to be held."""
@@ -78,16 +82,18 @@ class Held(OfTime):
     values: Mapping[str, float]
 
     def __post_init__(self) -> None:
-        for name, value in as_mapping(self.values, "reference").items():
+        values = as_mapping(self.values, "reference")
+        for name, value in values.items():
             level = as_numbers(value, f"reference[{name!r}]")
             if level.ndim:
                 raise ShapeError(
                     f"reference[{name!r}]", f"shape {level.shape}", "a number", "Give a function of times."
                 )
+        object.__setattr__(self, "values", {name: float(value) for name, value in values.items()})
 
     def __call__(self, t: Array) -> dict[str, Array]:
         """Values at times t, see `OfTime`."""
-        return {name: np.full(np.shape(t), float(value)) for name, value in self.values.items()}
+        return {name: np.full(np.shape(t), value) for name, value in self.values.items()}
 
 
 @dataclass(frozen=True)
@@ -97,7 +103,14 @@ class _Function(OfTime):
     function: Callable[[Array], Mapping[str, Any]]
 
     def __call__(self, t: Array) -> dict[str, Array]:
-        return as_mapping(self.function(t), "reference(t)")
+        try:
+            values = self.function(t)
+        except (TypeError, ValueError) as error:
+            if not any(part in str(error) for part in SCALARS_ONLY):
+                raise
+            got = f"one that takes single numbers only ({error})"
+            raise ArgumentError("reference", got, "a function of an array of times", ARRAYS) from error
+        return as_mapping(values, "reference(t)")
 
 
 def as_reference(reference: object) -> Reference:
@@ -111,4 +124,6 @@ def as_reference(reference: object) -> Reference:
             "reference", repr(reference), "a function of times, or a mapping from names to numbers, or a Reference"
         )
     function: Any = reference
+    cure = "What depends on the state is an object with preview(times, x)."
+    check_signature(function, "reference", 1, "a function of times alone", cure)
     return _Function(function)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rumo.checks import positive_number
-from rumo.errors import UnknownNameError
+from rumo.checks import as_names, positive_number
+from rumo.errors import ArgumentError, UnknownNameError
 from rumo.references.base import Preview
 from rumo.signals import Array, NamedArray
 
@@ -35,11 +35,15 @@ class Following:
     window: float = 5.0
 
     def __post_init__(self) -> None:
+        if isinstance(self.path, type) or not callable(self.path):
+            raise ArgumentError("path", repr(self.path), "a function of times such as SinePath(amplitude=3.0)")
+        if not as_names(self.position, "position"):
+            raise ArgumentError("position", "no names", 'some such as ("p_x", "p_y")')
         positive_number(self.window, "window")
 
     def preview(self, times: Array, x: NamedArray[float]) -> Preview:
         """Signals ahead, see `Reference`."""
-        place = np.array([x[name] for name in self.position])
+        place = x.values[[x.signals.index(name, "position") for name in self.position]]
         now = times[0]
         if np.isfinite(place).all():
             now = self._nearest(times[0], place)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rumo.checks import as_mapping, as_numbers, positive_number
+from rumo.checks import as_mapping, as_numbers, finite_number, positive_number
 from rumo.errors import ArgumentError, ShapeError
 from rumo.references.base import OfTime
 from rumo.signals import Array
@@ -33,6 +33,8 @@ class Sine(OfTime):
     period: float
 
     def __post_init__(self) -> None:
+        finite_number(self.middle, "middle")
+        finite_number(self.amplitude, "amplitude")
         positive_number(self.period, "period")
 
     def __call__(self, t: Array) -> dict[str, Array]:
@@ -63,10 +65,16 @@ class Sampled(OfTime):
         times = as_numbers(self.times, "times")
         if times.ndim != 1 or not len(times) or not (np.diff(times) > 0.0).all():
             raise ArgumentError("times", f"{times.tolist()}", "at least one time, ascending")
-        for name, values in as_mapping(self.values, "values").items():
-            shape = as_numbers(values, f"values[{name!r}]").shape
-            if shape != times.shape:
-                raise ShapeError(f"values[{name!r}]", f"shape {shape}", f"shape {times.shape}: one value for each time")
+        table: dict[str, tuple[float, ...]] = {}
+        for name, given in as_mapping(self.values, "values").items():
+            values = as_numbers(given, f"values[{name!r}]")
+            if values.shape != times.shape:
+                expected = f"shape {times.shape}: one value for each time"
+                raise ShapeError(f"values[{name!r}]", f"shape {values.shape}", expected)
+            table[name] = tuple(values.tolist())
+        # Data of its own, which compare.
+        object.__setattr__(self, "times", tuple(times.tolist()))
+        object.__setattr__(self, "values", table)
 
     def __call__(self, t: Array) -> dict[str, Array]:
         """Values at times t (n,) [s]."""

@@ -9,7 +9,8 @@ from typing import Protocol
 import numpy as np
 from scipy.special import ellipeinc
 
-from rumo.checks import positive_number
+from rumo.checks import finite_number, positive_number
+from rumo.errors import ArgumentError
 from rumo.references.base import OfTime
 from rumo.signals import Array
 
@@ -45,7 +46,13 @@ class SinePath(OfTime):
     vehicle: Rolling | None = None
 
     def __post_init__(self) -> None:
+        finite_number(self.amplitude, "amplitude")
         positive_number(self.wavelength, "wavelength")
+        finite_number(self.speed, "speed")
+        if self.vehicle is not None and (isinstance(self.vehicle, type) or not hasattr(self.vehicle, "rolling")):
+            raise ArgumentError(
+                "vehicle", repr(self.vehicle), "what knows its rolling, such as rumo.vehicles.PAPER_CAR"
+            )
 
     def __call__(self, t: Array) -> dict[str, Array]:
         """Reference at times t (n,) [s]."""

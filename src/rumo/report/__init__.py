@@ -1,1 +1,1 @@
-"""Reports: figures, tables and pages, made from logs only."""
+"""What reports are made of: figures, tables and pages."""

@@ -26,26 +26,9 @@ class Look:
 REFERENCE = Look("#555555", "dot", 1.4)
 NEUTRAL = Look("#56B4E9", "solid")
 LIMIT = Look("#D55E00", "dash", 1.2)
-_CONTROLLERS = {
-    # Runs often coincide: later lines are thinner, so that earlier ones show behind them.
-    "rti": Look("#0072B2", "solid", 3.0),
-    "nlp": Look("#E69F00", "dash", 1.8),
-    "ltv": Look("#009E73", "dashdot", 1.0),
-}
-LABELS = {"rti": "RTI", "nlp": "Direct NLP", "ltv": "LTV"}
 
 
-def look(controller: str) -> Look:
-    """Look of a controller's lines."""
-    return _CONTROLLERS.get(controller, NEUTRAL)
-
-
-def label(controller: str) -> str:
-    """Name of a controller for readers."""
-    return LABELS.get(controller, controller)
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Line:
     """A curve: points x, y (n,), a name for the legend, a look; `steps` holds each value until the next."""
 
@@ -111,8 +94,8 @@ class Panels(Content):
     ----------
     panels : tuple of (str, tuple of Line)
         Title and curves of each.
-    shaded : tuple of float, or None
-        From when to when samples are bad [s].
+    shaded : tuple of float, float and str, or None
+        A region of the x axis, from where to where, and what it says.
     shared : str
         Axes that all have in common: "", "x", "y" or "xy".
     height : float
@@ -120,14 +103,19 @@ class Panels(Content):
     """
 
     panels: tuple[tuple[str, tuple[Line, ...]], ...]
-    shaded: tuple[float, float] | None = None
+    shaded: tuple[float, float, str] | None = None
     shared: str = "xy"
     height: float = 1.45
 
     @property
+    def columns(self) -> int:
+        """Columns of panels; one alone has all the width."""
+        return min(COLUMNS, len(self.panels))
+
+    @property
     def rows(self) -> int:
         """Rows of panels."""
-        return -(-len(self.panels) // COLUMNS)
+        return -(-len(self.panels) // self.columns)
 
     @property
     def from_zero(self) -> bool:

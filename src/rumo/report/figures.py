@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rumo.files import write_whole
-from rumo.report.charts import COLUMNS, LIMIT, Chart, Line, Panels, bins
+from rumo.report.charts import LIMIT, Chart, Line, Panels, bins
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -92,15 +92,15 @@ def _draw_panels(content: Panels) -> Figure:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.0, 1.0 + content.height * content.rows), layout="constrained")
         grid = figure.subplots(
-            content.rows, COLUMNS, sharex="x" in content.shared, sharey="y" in content.shared, squeeze=False
+            content.rows, content.columns, sharex="x" in content.shared, sharey="y" in content.shared, squeeze=False
         )
         for axes, (title, lines) in zip(grid.flat, content.panels, strict=False):
             if content.shaded is not None:
-                axes.axvspan(*content.shaded, color=LIMIT.color, alpha=0.15, linewidth=0.0, label="Bad samples")
+                start, end, words = content.shaded
+                axes.axvspan(start, end, color=LIMIT.color, alpha=0.15, linewidth=0.0, label=words)
             for line in reversed(lines):
                 _add(axes, line)
             axes.set_title(title, fontsize=10, loc="left")
-            axes.set_ylabel(content.y_label if axes in grid[:, 0] else "")
             axes.margins(x=0.0 if content.shaded else 0.05)
             _scale(axes, content)
         if content.from_zero:
@@ -108,10 +108,11 @@ def _draw_panels(content: Panels) -> Figure:
                 axes.set_ylim(bottom=0.0)
         for axes in grid.flat[len(content.panels) :]:
             axes.set_visible(False)
-        for axes in grid.flat[max(len(content.panels) - COLUMNS, 0) : len(content.panels)]:
+        for axes in grid.flat[max(len(content.panels) - content.columns, 0) : len(content.panels)]:
             axes.set_xlabel(content.x_label)
             axes.tick_params(labelbottom=True)
         figure.suptitle(content.title, fontsize=11)
+        figure.supylabel(content.y_label, fontsize=10)
         handles, labels = (found[::-1] for found in grid[0, 0].get_legend_handles_labels())
         figure.legend(handles, labels, loc="outside lower center", ncols=min(len(handles), LEGEND_COLUMNS))
         return figure
@@ -149,6 +150,8 @@ def write_figures(contents: Iterable[Chart | Panels], folder: Path) -> list[Path
     paths: list[Path] = []
     for content in contents:
         figure = draw(content)
+        figure.draw_without_rendering()  # lays it out, once for both files
+        figure.set_layout_engine("none")
         for ending in ("png", "pdf"):
             paths.append(folder / f"{content.key}.{ending}")
             metadata = {"CreationDate": None} if ending == "pdf" else {}

@@ -28,8 +28,12 @@ table { border-collapse: collapse; width: 100%; font-size: .94rem; font-variant-
 th, td { text-align: right; padding: .3rem .5rem; border-bottom: 1px solid #d8dee4; white-space: nowrap; }
 th { white-space: pre-line; vertical-align: bottom; }
 .words { text-align: left; } td.words { white-space: normal; min-width: 7rem; }
-.scroll { overflow-x: auto; }
-@media (max-width: 640px) { body { padding: .75rem; } }
+.scroll { overflow-x: auto; /* a shadow as long as there is more to the right */
+  background: linear-gradient(to left, #fff 50%, #fff0) right / 3rem 100% no-repeat local,
+    linear-gradient(to left, #0003, #0000) right / .8rem 100% no-repeat scroll; }
+@media (max-width: 640px) {
+  body { padding: .75rem; } table { font-size: .8rem; } th, td { padding: .25rem .3rem; } td.words { min-width: 4rem; }
+}
 """
 
 SCRIPT = """

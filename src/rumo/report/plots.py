@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rumo.report.charts import COLUMNS, LIMIT, Chart, Line, Panels, bins
+from rumo.report.charts import LIMIT, Chart, Line, Panels, bins
 
 WIDE, NARROW = 740, 330
 """Widths that legends must do with [px]."""
@@ -93,7 +93,7 @@ def _plot_panels(content: Panels) -> Any:
     subplots: Any = plotly.subplots.make_subplots  # its type hints leave out much of what it takes
     figure = subplots(
         content.rows,
-        COLUMNS,
+        content.columns,
         shared_xaxes="all" if "x" in content.shared else False,
         shared_yaxes="all" if "y" in content.shared else False,
         subplot_titles=[title for title, _ in content.panels],
@@ -104,17 +104,17 @@ def _plot_panels(content: Panels) -> Any:
     )
     named: set[str] = set()
     for i, (_, lines) in enumerate(content.panels):
-        place = {"row": i // COLUMNS + 1, "col": i % COLUMNS + 1}
+        place = {"row": i // content.columns + 1, "col": i % content.columns + 1}
         for line in reversed(lines):
             figure.add_scatter(**_curve(line), legendgroup=line.name, showlegend=line.name not in named, **place)
             named.add(line.name)
         if content.shaded is not None:
-            x0, x1 = content.shaded
+            x0, x1, _ = content.shaded
             figure.add_vrect(x0=x0, x1=x1, fillcolor=LIMIT.color, opacity=0.15, line_width=0, layer="below", **place)
     if content.shaded is not None:
         # A shaded region has no entry in the legend of its own.
         square = {"symbol": "square", "size": 12, "color": LIMIT.color}
-        figure.add_scatter(x=[None], y=[None], name="Bad samples", mode="markers", marker=square, opacity=0.15)
+        figure.add_scatter(x=[None], y=[None], name=content.shaded[2], mode="markers", marker=square, opacity=0.15)
     _scale(figure, content)
     figure.update_xaxes(showticklabels=True)
     if content.from_zero:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rumo.errors import ArgumentError
 from rumo.report.charts import LIMIT, NEUTRAL, REFERENCE, Look
 from rumo.report.figures import DASHES, STYLE
 from rumo.signals import Array
@@ -18,10 +19,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLUMNS = 2
+PANEL, STATUS = 1.35, 0.25
+"""Height of a row of panels, and of a status [in]."""
+LINE = 50
+"""So many characters fit above a panel."""
+BESIDE = 4
+"""So many statuses find room beside a last panel that stands alone."""
 PLANT = Look("#0072B2", "solid", 1.5)
 ESTIMATED = Look("#E69F00", "dash", 1.2)
 APPLIED = Look("#009E73", "solid", 1.5)
 COMMANDED = Look("#CC79A7", "dash", 1.2)
+MEASURED = ("received", "measured", "received_outputs", "measured_outputs")
 LEGEND = ("Plant", "Estimated", "Measured", "Reference", "Applied", "Commanded", "Limit")
 FLAT = 1e-4
 """A signal that varies less, over its size or that of its limits, is drawn as one that stays where it is."""
@@ -51,7 +59,9 @@ def show(log: xr.Dataset) -> Figure:
     """Draw a run over time.
 
     Every state of the plant and of the controller's model, as it is, as measured and as estimated, every tracked output
-    with its reference, every input, and path constraints, all with their limits; and the status of each step.
+    with its reference, everything else that is measured, every input, and path constraints, all with their limits; and
+    the status of each step. Signals of which the log knows nothing are left out. Commands are drawn where they differ
+    from what was applied, at the time for which they were computed.
 
     Parameters
     ----------
@@ -65,26 +75,33 @@ def show(log: xr.Dataset) -> Figure:
     """
     import matplotlib.pyplot as plt
 
-    time, panels = log["time"].to_numpy(), _panels(log)
-    rows = -(-len(panels) // COLUMNS)
+    if "status" not in getattr(log, "data_vars", ()):
+        raise ArgumentError("log", repr(log), "a log from rumo.simulate or a rumo.Recorder")
+    times, panels, statuses = _times(log), _panels(log), _statuses(log)
     largest = max((_size(curve.values) for panel in panels for curve in panel.curves), default=0.0)
+    rows, beside = -(-len(panels) // COLUMNS), len(panels) % COLUMNS > 0 and len(statuses) <= BESIDE
     with plt.rc_context(STYLE):
-        figure = plt.figure(figsize=(9.0, 1.35 * rows + 1.9), layout="constrained")
-        grid = figure.add_gridspec(rows + 1, COLUMNS, height_ratios=[*[1.0] * rows, 0.25 + 0.17 * len(_statuses(log))])
+        heights = [*[PANEL] * rows, *([] if beside else [0.45 + STATUS * len(statuses)])]
+        figure = plt.figure(figsize=(9.0, sum(heights) + 0.7), layout="constrained")
+        grid = figure.add_gridspec(len(heights), COLUMNS, height_ratios=heights)
         shared: Any = None
         for i, panel in enumerate(panels):
             axes = shared = figure.add_subplot(grid[i // COLUMNS, i % COLUMNS], sharex=shared)
-            _draw(axes, time, panel, largest)
-            axes.tick_params(labelbottom=i >= len(panels) - COLUMNS)
-            axes.set_xlim(time[0], time[-1] if len(time) > 1 else None)
-        _draw_statuses(figure.add_subplot(grid[rows, :], sharex=shared), log)
+            _draw(axes, times, panel, largest)
+            axes.tick_params(labelbottom=i >= len(panels) - (1 if beside else COLUMNS))
+            if beside and i == len(panels) - 1:
+                axes.set_xlabel("Time [s]")
+        last = figure.add_subplot(grid[-1, -1] if beside else grid[-1, :], sharex=shared)
+        _draw_statuses(last, times, log["status"].to_numpy().astype(str), statuses, BESIDE if beside else 0)
+        last.set_xlim(times[0], times[-1] if statuses else None)
         labels = {
             label: handle
             for axes in figure.axes
             for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
         }
         shown = [label for label in LEGEND if label in labels]
-        figure.legend([labels[label] for label in shown], shown, loc="outside lower center", ncols=len(LEGEND))
+        handles = [labels[label] for label in shown]
+        figure.legend(handles, shown, loc="outside lower center", ncols=len(LEGEND), markerscale=2.5)
         figure.suptitle(str(log.attrs.get("title", "")))
     if plt.isinteractive():
         plt.show()
@@ -95,11 +112,14 @@ def _panels(log: xr.Dataset) -> list[_Panel]:
     states, outputs = [*names(log, "plant_state")], names(log, "output")
     own = [name for name in names(log, "state") if name not in states]
     further = [name for name in outputs if name not in states and name not in own]
+    measured = [name for name in names(log, "measured_output") if name not in (*states, *outputs)]
     panels = [_of_state(log, name, "plant_state" if name in states else "state") for name in [*states, *own]]
     panels += [_of_output(log, name) for name in further]
+    panels += [_of_measurement(log, name) for name in measured]
     panels += [_of_input(log, name) for name in names(log, "input")]
     bounds = {f"{name}_{side}" for name in names(log, "state") for side in ("upper", "lower")}
-    return panels + [_of_constraint(log, name) for name in names(log, "constraint") if name not in bounds]
+    panels += [_of_constraint(log, name) for name in names(log, "constraint") if name not in bounds]
+    return [panel for panel in panels if panel.curves]
 
 
 def _of_state(log: xr.Dataset, name: str, dim: str) -> _Panel:
@@ -107,8 +127,7 @@ def _of_state(log: xr.Dataset, name: str, dim: str) -> _Panel:
     true = _values(log, "plant" if dim == "plant_state" else "true_states", name)
     _add(panel, "Plant", true, PLANT)
     _add(panel, "Reference", _values(log, "reference", name), REFERENCE)
-    measured, estimated = _values(log, "received", name), _values(log, "estimated", name)
-    measured = _values(log, "measured", name) if measured is None else measured
+    measured, estimated = _measured(log, name), _values(log, "estimated", name)
     if not _same(estimated, true):
         _add(panel, "Estimated", None if _same(estimated, measured) else estimated, ESTIMATED)
         _add(panel, "Measured", measured, NEUTRAL, dots=True)
@@ -121,19 +140,24 @@ def _of_output(log: xr.Dataset, name: str) -> _Panel:
     _add(panel, "Reference", _values(log, "reference", name), REFERENCE)
     estimated = _values(log, "estimated_outputs", name)
     _add(panel, "Estimated", None if _same(estimated, true) else estimated, ESTIMATED)
+    _add(panel, "Measured", _measured(log, name), NEUTRAL, dots=True)
+    return panel
+
+
+def _of_measurement(log: xr.Dataset, name: str) -> _Panel:
+    panel = _Panel(_title(log, "measured_output", name))
+    _add(panel, "Measured", _measured(log, name), NEUTRAL, dots=True)
     return panel
 
 
 def _of_input(log: xr.Dataset, name: str) -> _Panel:
     panel, applied, delay = _Panel(_title(log, "input", name)), _values(log, "applied", name), int(log.attrs["delay"])
     commanded = _values(log, "commanded", name)
+    if commanded is not None:
+        commanded = np.r_[np.full(delay, np.nan), commanded][: len(commanded)]
     _add(panel, "Applied", applied, APPLIED, steps=True)
     _add(panel, "Reference", _values(log, "reference", name), REFERENCE)
-    if (
-        commanded is not None
-        and applied is not None
-        and not _same(commanded[: len(commanded) - delay], applied[delay:])
-    ):
+    if applied is None or (commanded is not None and not _same(commanded[delay:], applied[delay:])):
         _add(panel, "Commanded", commanded, COMMANDED, steps=True)
     return _limited(panel, log, "input", name)
 
@@ -151,10 +175,16 @@ def _title(log: xr.Dataset, dim: str, name: str) -> str:
 
 def _values(log: xr.Dataset, variable: str, name: str) -> Array | None:
     """A signal; None if this log does not have it."""
-    if variable not in log or name not in names(log, str(log[variable].dims[-1])):
+    if variable not in log or not log.sizes["time"] or name not in names(log, str(log[variable].dims[-1])):
         return None
     values = signal(log, variable, name)
     return values if np.isfinite(values).any() else None
+
+
+def _measured(log: xr.Dataset, name: str) -> Array | None:
+    """A signal as it arrived; as measured, if the log knows no more."""
+    found = (_values(log, variable, name) for variable in MEASURED)
+    return next((values for values in found if values is not None), None)
 
 
 def _same(values: Array | None, others: Array | None) -> bool:
@@ -170,8 +200,12 @@ def _limited(panel: _Panel, log: xr.Dataset, dim: str, name: str) -> _Panel:
     found = [
         f"{dim}_{side}" for side in ("lower", "upper") if f"{dim}_{side}" in log.coords and name in names(log, dim)
     ]
-    values = [float(log[side].sel({dim: name})) for side in found]
-    panel.limits = tuple(value for value in values if np.isfinite(value))
+    for side in found:
+        values = log[side].sel({dim: name}).to_numpy()
+        if len(np.unique(values)) > 1:
+            panel.curves.append(_Curve("Limit", np.where(np.isinf(values), np.nan, values), LIMIT, steps=True))
+        elif values.size and np.isfinite(values).all():
+            panel.limits += (float(values.flat[0]),)
     return panel
 
 
@@ -179,14 +213,23 @@ def _size(values: Array) -> float:
     return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
-def _draw(axes: Any, time: Array, panel: _Panel, largest: float) -> None:
+def _times(log: xr.Dataset) -> Array:
+    """Of the samples, and the end of the last [s]."""
+    time = log["time"].to_numpy()
+    return np.append(time, float(log.attrs["sampling_time_s"]) + (time[-1] if len(time) else 0.0))
+
+
+def _draw(axes: Any, times: Array, panel: _Panel, largest: float) -> None:
     for curve in reversed(panel.curves):
         look = curve.look
-        if curve.dots:
-            axes.plot(time, curve.values, ".", color=look.color, markersize=2.0, label=curve.name)
-            continue
         style = {"color": look.color, "linestyle": DASHES[look.dash], "linewidth": look.width, "label": curve.name}
-        axes.plot(time, curve.values, drawstyle="steps-post" if curve.steps else "default", **style)
+        if curve.steps:
+            axes.plot(times, np.append(curve.values, curve.values[-1]), drawstyle="steps-post", **style)
+        elif curve.dots:
+            axes.plot(times[:-1], curve.values, ".", color=look.color, markersize=2.0, label=curve.name)
+        else:
+            alone = len(times) == 2  # a line would not be seen
+            axes.plot(times[:-1], curve.values, marker="." if alone else "", clip_on=not alone, **style)
     axes.set_title(panel.title, loc="left", fontsize=9)
     low, high = _reach(panel, largest)
     span, far = high - low, list[str]()
@@ -198,13 +241,15 @@ def _draw(axes: Any, time: Array, panel: _Panel, largest: float) -> None:
             far.append(f"{limit:.4g}")
     axes.set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
     if far:  # they would flatten the curves
-        axes.set_title(
-            f"limit{'s' if len(far) > 1 else ''} {', '.join(far)}", loc="right", fontsize=8, color=LIMIT.color
-        )
+        note = f"limit{'s' if len(far) > 1 else ''} {', '.join(far)}"
+        if len(panel.title) + len(note) > LINE:
+            axes.set_title(f"{panel.title}\n{note}", loc="left", fontsize=9)
+        else:
+            axes.set_title(note, loc="right", fontsize=8, color=LIMIT.color)
 
 
 def _reach(panel: _Panel, largest: float) -> tuple[float, float]:
-    """Lowest and highest value to show: all that is true or wanted, and what is measured not too far from that."""
+    """Lowest and highest value to show: all that is true or wanted, and of the rest what is not too far from that."""
     low, high = 0.0, 0.0
     for i, curve in enumerate(panel.curves):
         values = curve.values[np.isfinite(curve.values)]
@@ -212,7 +257,8 @@ def _reach(panel: _Panel, largest: float) -> tuple[float, float]:
         if i == 0:
             low, high = least, most
         elif curve.name in ("Measured", "Estimated") and high > low:
-            low, high = min(low, max(least, 2.0 * low - high)), max(high, min(most, 2.0 * high - low))
+            near = values[(2.0 * low - high <= values) & (values <= 2.0 * high - low)]
+            low, high = float(near.min(initial=low)), float(near.max(initial=high))
         else:
             low, high = min(low, least), max(high, most)
     limit, size = min(map(abs, panel.limits), default=0.0), max(abs(low), abs(high))
@@ -231,14 +277,19 @@ def _statuses(log: xr.Dataset) -> list[str]:
     )
 
 
-def _draw_statuses(axes: Any, log: xr.Dataset) -> None:
-    time, found, statuses = log["time"].to_numpy(), log["status"].to_numpy().astype(str), _statuses(log)
+def _draw_statuses(axes: Any, times: Array, found: np.ndarray, statuses: list[str], least: int) -> None:
+    """A bar for each status over the samples that have it, its name above, in a room for `least` of them."""
     solved = {status.name for status in Status if status.solved}
     for height, status in enumerate(reversed(statuses)):
         color = PLANT.color if status in solved else LIMIT.color
-        axes.plot(time[found == status], np.full((found == status).sum(), height), "|", color=color, markersize=6.0)
-    axes.set_yticks(range(len(statuses)), reversed(statuses), fontsize=7)
-    axes.set_ylim(-0.6, len(statuses) - 0.4)
+        changes = np.diff(np.r_[0, found == status, 0])
+        runs = zip(times[np.flatnonzero(changes == 1)], times[np.flatnonzero(changes == -1)], strict=True)
+        bars = [(start, end - start) for start, end in runs]
+        axes.broken_barh(bars, (height + 0.1, 0.3), facecolor=color, edgecolor=color, linewidth=0.8)  # seen if short
+    axes.set_yticks(np.arange(len(statuses)) + 0.68, reversed(statuses), fontsize=7, ha="left", va="center")
+    axes.tick_params(axis="y", length=0.0, pad=-4.0)
+    axes.set_ylim(min(0, len(statuses) - least), max(len(statuses), 1))
+    axes.set_axisbelow(True)
     axes.set_xlabel("Time [s]")
-    axes.set_title("Status of each step", loc="left", fontsize=9)
+    axes.set_title("Status of each step" if statuses else "No step was recorded", loc="left", fontsize=9)
     axes.grid(axis="y", visible=False)

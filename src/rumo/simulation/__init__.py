@@ -7,9 +7,8 @@ from rumo.simulation.log import load, save
 from rumo.simulation.loop import ClosedLoop
 from rumo.simulation.plant import Plant
 from rumo.simulation.recorder import Recorder
-from rumo.simulation.run import simulate
 from rumo.simulation.sample import Sample
-from rumo.simulation.scenario import Scenario
+from rumo.simulation.scenario import Scenario, simulate
 from rumo.simulation.sensors import Sensors
 from rumo.simulation.wind import Constant, Disturbance, Gust, OrnsteinUhlenbeck, RandomWalk
 

@@ -1,18 +1,45 @@
-"""From a command to what is applied."""
+"""From a command to what is applied, and to what controller and estimator know of it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from rumo.controllers import Controller
-from rumo.signals import Array
+from rumo.signals import Array, read_only
 from rumo.simulation.faults import Fault
+
+
+class _Line:
+    """Commands on their way; the last that has arrived is held."""
+
+    def __init__(self, decided: Array, delay: int) -> None:
+        self._coming = dict(enumerate(decided[:delay]))
+        self._delay, self._held = delay, decided[0]
+
+    def send(self, k: int, command: Array, faults: Iterable[Fault]) -> None:
+        late = [fault.lateness for fault in faults]
+        if None not in late:
+            self._coming[k + self._delay + sum(samples or 0 for samples in late)] = command
+
+    def receive(self, k: int) -> Array:
+        self._held = self._coming.pop(k, self._held)
+        return self._held
+
+    def ahead(self, k: int) -> list[Array]:
+        """What arrives after sample k that was sent before it."""
+        decided = [self._held]
+        for sample in range(k + 1, k + self._delay):
+            decided.append(self._coming.get(sample, decided[-1]))
+        return decided[1:]
 
 
 class Actuators:
     """Commands on their way to the actuators, which hold the last that has arrived.
+
+    Controller and estimator take for granted that commands arrive, and that actuators do what they are told. They know
+    better where a fault is `known`, and that a sample was skipped.
 
     Attributes
     ----------
@@ -22,35 +49,33 @@ class Actuators:
 
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
-        self._delay = controller.problem.delay
-        self._coming = dict(enumerate(controller.applied[: self._delay]))
-        self.believed = self._arrived = controller.applied[0]
-        self._past = [self.believed]
-        self.skipped = False
+        delay, decided = controller.problem.delay, read_only(controller.applied)
+        self._sent, self._known = _Line(decided, delay), _Line(decided, delay)
+        self._granted = decided  # what the controller has as `applied`, if nobody else has set it
+        self.believed: Array = decided[0]
+        self._past: list[Array] = [self.believed]
 
-    def send(self, k: int, command: Array, late: int) -> None:
+    def send(self, k: int, command: Array, bad: Sequence[tuple[Fault, int]]) -> None:
         """A command computed at sample k is on its way."""
-        self._coming[k + self._delay + late] = command
+        command = read_only(command)
+        self._sent.send(k, command, (fault for fault, _ in bad))
+        self._known.send(k, command, (fault for fault, _ in bad if fault.known))
+        self._granted = np.vstack([self._granted[1:], command])
 
-    def tell(self, k: int) -> None:
-        """Tell the controller, after samples without it, what will be applied from sample k on."""
-        decided, last = list[Array](), self._arrived
-        for sample in range(k, k + max(self._delay, 1)):
-            last = self._coming.get(sample, last)
-            decided.append(last)
-        self._controller.applied = np.array(decided)
-        self.skipped = False
+    def move(self, k: int, bad: Sequence[tuple[Fault, int]]) -> Array:
+        """What is applied from sample k to the next (nu,): decided before its step with a delay, by it without.
 
-    def apply(self, k: int, bad: Sequence[tuple[Fault, int]]) -> Array:
-        """What is applied from sample k to the next (nu,)."""
+        The controller is told where it takes for granted what is known to be otherwise.
+        """
         inputs = self._controller.problem.model.inputs
-        self._arrived = applied = believed = self._coming.pop(k, self._arrived)
+        applied, believed = self._sent.receive(k), self._known.receive(k)
         for fault, before in bad:
-            applied = fault.act(applied, self._past, before, inputs)
+            applied = fault.act(applied.copy(), self._past, before, inputs)
             if fault.known:
-                believed = fault.act(believed, self._past, before, inputs)
-        if self._delay == 0 and believed is not self._arrived:
-            self._controller.applied = believed
-        self.believed = believed
-        self._past.append(applied)
-        return applied
+                believed = fault.act(believed.copy(), self._past, before, inputs)
+        self.believed = read_only(believed)
+        self._past.append(read_only(applied))
+        decided = np.array([self.believed, *self._known.ahead(k)])
+        if not np.array_equal(decided, self._granted):
+            self._controller.applied = self._granted = decided
+        return self._past[-1]

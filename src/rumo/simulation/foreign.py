@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from math import isclose
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from rumo.checks import checked_items
+from rumo.checks import checked_items, positive_number
 from rumo.errors import ArgumentError, PlantError, UnknownNameError
 from rumo.model import Model, Parameter
 from rumo.registry import MODELS
@@ -53,12 +54,17 @@ class ForeignPlant:
         self.name = str(getattr(plant, "name", type(plant).__name__))
         self.states, self.inputs = _signals(plant.states, "states"), _signals(plant.inputs, "inputs")
         self.outputs = _signals(getattr(plant, "outputs", {}), "outputs")
+        for name in self.outputs:
+            if name in self.states:
+                raise ArgumentError("plant.outputs", f"{name!r}, a state", "other names than those of states")
+        if len(self.outputs) and not callable(getattr(plant, "observe", None)):
+            raise ArgumentError("plant", "outputs without observe", "a method observe(x, u, p) -> mapping of outputs")
         parameters = checked_items(
             getattr(plant, "parameters", {}), "parameters", Parameter, 'rumo.Parameter("kg", 1.0)'
         )
         self.parameters = Signals({name: item.unit for name, item in parameters.items()}, "parameters")
         self.default_parameters: Array = np.array([item.default for item in parameters.values()], dtype=float)
-        self.sampling_time = float(getattr(plant, "sampling_time", sampling_time))
+        self.sampling_time = positive_number(getattr(plant, "sampling_time", sampling_time), "plant.sampling_time")
 
     def reset(self) -> None:
         """Begin a run."""
@@ -83,7 +89,8 @@ class ForeignPlant:
         def observe(x: Array, u: Array, p: Array) -> Array:
             known = dict(zip(self.states, x.tolist(), strict=True))
             if any(name in self.outputs for name in names):
-                known |= plant.observe(x.copy(), u.copy(), p.copy())
+                outputs = self.outputs.vector(plant.observe(x.copy(), u.copy(), p.copy()), "plant.observe()")
+                known |= zip(self.outputs, outputs.tolist(), strict=True)
             return np.array([known[name] for name in names], dtype=float)
 
         return observe
@@ -107,7 +114,7 @@ def as_plant(plant: object, sampling_time: float) -> Plant | ForeignPlant:
                 "plant", repr(plant), "a rumo.Model, or anything with states, inputs and advance(x, u, p)"
             )
         plant = ForeignPlant(plant, sampling_time)
-    if plant.sampling_time != sampling_time:
+    if not isclose(plant.sampling_time, sampling_time):
         raise ArgumentError(
             "plant", f"a sampling time of {plant.sampling_time:g} s", f"the problem's {sampling_time:g} s"
         )

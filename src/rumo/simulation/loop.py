@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import ExitStack
+from math import isclose
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rumo.checks import checked
+from rumo.checks import as_mapping, checked
 from rumo.controllers import Controller
 from rumo.errors import ArgumentError, PlantError
 from rumo.estimation import Unfiltered
+from rumo.estimation.base import as_estimate, started
 from rumo.interrupts import interruptible
 from rumo.plan import Plan
 from rumo.references import Preview, Reference, as_reference
-from rumo.signals import Array, NamedArray, Signals
+from rumo.signals import Array, NamedArray, Signals, read_only
 from rumo.simulation.actuators import Actuators
 from rumo.simulation.faults import Fault
 from rumo.simulation.foreign import as_plant
+from rumo.simulation.previews import PreviewedParameters
 from rumo.simulation.sample import Sample
-from rumo.simulation.scenario import Scenario
 from rumo.simulation.sensors import RunningSensors, known_observer, require_same_units
+from rumo.simulation.wind import sampled
+
+if TYPE_CHECKING:
+    from rumo.simulation.scenario import Scenario
 
 
 class ClosedLoop:
@@ -52,13 +59,15 @@ class ClosedLoop:
     """
 
     def __init__(self, scenario: Scenario, controller: Controller | None = None) -> None:
-        self.scenario = checked(scenario, "scenario", Scenario)
+        if not hasattr(scenario, "make_controller"):
+            raise ArgumentError("scenario", repr(scenario), "a rumo.Scenario")
+        self.scenario = scenario
         self.controller = (
             scenario.make_controller() if controller is None else checked(controller, "controller", Controller)
         )
         problem = self.controller.problem
         model, dt = problem.model, problem.sampling_time
-        if dt != scenario.problem.sampling_time or problem.delay != scenario.problem.delay:
+        if not isclose(dt, scenario.problem.sampling_time) or problem.delay != scenario.problem.delay:
             raise ArgumentError(
                 "controller",
                 f"one with samples of {dt:g} s and a delay of {problem.delay}",
@@ -67,11 +76,12 @@ class ClosedLoop:
         self.plant = plant = as_plant(scenario.plant, dt)
         for name in model.inputs:
             plant.inputs.index(name, "plant")
-        require_same_units(plant, model, model.inputs)
+        seen = [name for name in (*model.states, *problem.outputs) if name in plant.states or name in plant.outputs]
+        require_same_units(plant, model, (*model.inputs, *seen))
         self._x = plant.states.finite_vector(scenario.x, "x")
         for name in scenario.disturbances:
             plant.parameters.index(name, "disturbances")
-        scenario.sensors.check(plant, model)
+        _require_same_lateness(scenario.sensors.late, as_mapping(getattr(scenario.estimator, "late", {}), "late"))
         self.measured = scenario.sensors.signals(plant, model)
         for fault in scenario.faults:
             fault.check(self.measured, model.inputs)
@@ -89,35 +99,43 @@ class ClosedLoop:
         faults = [(fault, fault.samples(problem.sampling_time)) for fault in scenario.faults]
         disturbance, sensors = self._random()
         with interruptible():
-            estimator = (scenario.estimator or Unfiltered()).start(problem, sensors.signals.names)
+            estimator = started(scenario.estimator or Unfiltered(), problem, sensors.signals.names)
         plant.reset()
         controller.reset(applied=scenario.applied)
         actuators = Actuators(controller)
         columns = [plant.inputs.index(name) for name in model.inputs]
-        state, held = self._x, np.zeros(len(plant.inputs))
+        state, held = read_only(self._x), np.zeros(len(plant.inputs))
         held[columns] = controller.applied[0]
-        readings, last = list[Array](), np.full(len(model.states), np.nan)
-        own_parameters = parameters = controller.parameters
-        previewed = False
+        readings, last = list[Array](), read_only(np.full(len(model.states), np.nan))
+        previewed, parameters = PreviewedParameters(controller), problem.parameters[0]
         gc.collect()  # what the set-up left behind would otherwise be collected, and counted, within a step
         try:
+            # What others may change is a copy; what is kept cannot be written to.
             for k, t in enumerate(times.tolist()):
                 bad = [(fault, k - samples.start) for fault, samples in faults if k in samples]
                 given = disturbance[k]
-                measured = received = sensors.read(k, state, held, given)
+                measured = received = read_only(sensors.read(k, state, held, given))
                 readings.append(measured)
                 for fault, before in bad:
-                    received = fault.sense(received, readings, before, sensors.signals)
+                    received = fault.sense(received.copy(), readings, before, sensors.signals)
+                received = read_only(received)
                 true = self._states(state, held, given), self._outputs(state, held, given)
 
-                estimate = estimator.update(received, actuators.believed, parameters[0])
-                last = estimate.x if np.isfinite(estimate.x).all() else last
+                estimate = as_estimate(estimator.update(received.copy(), actuators.believed, parameters), model.states)
+                x = read_only(estimate.x)
+                last = x if np.isfinite(x).all() else last
                 preview = _preview(reference, t + problem.times, NamedArray(model.states, last))
-                if preview.parameters:
-                    controller.parameters, previewed = preview.parameters, True
-                parameters = _believed(controller)
-                plan = _step(controller, estimate.x, preview, bad, actuators, k)
-                held[columns] = actuators.apply(k, bad)
+                previewed.look(preview.parameters)
+                numbers = controller.problem.numbers
+                parameters = numbers.parameters[0]
+                # With a delay, what arrives now was decided before; without, it is what is computed now.
+                if problem.delay:
+                    held[columns] = actuators.move(k, bad)
+                plan = _step(controller, x, preview, bad)
+                if plan is not None:
+                    actuators.send(k, plan.command.values, bad)
+                if not problem.delay:
+                    held[columns] = actuators.move(k, bad)
 
                 yield Sample(
                     index=k,
@@ -125,24 +143,23 @@ class ClosedLoop:
                     plant=NamedArray(plant.states, state),
                     measured=NamedArray(sensors.signals, measured),
                     received=NamedArray(sensors.signals, received),
-                    estimated=NamedArray(model.states, estimate.x),
-                    covariance=estimate.covariance,
+                    estimated=NamedArray(model.states, x),
+                    covariance=None if estimate.covariance is None else read_only(estimate.covariance),
                     preview=preview,
-                    reference=NamedArray(problem.outputs, _now(preview, problem.outputs)),
-                    parameters=parameters,
+                    reference=NamedArray(problem.outputs, read_only(_now(preview, problem.outputs))),
+                    numbers=numbers,
                     plan=plan,
-                    applied=NamedArray(model.inputs, held[columns].copy()),
+                    applied=NamedArray(model.inputs, read_only(held[columns])),
                     disturbance=NamedArray(plant.parameters, given),
-                    states=NamedArray(model.states, true[0]),
-                    outputs=NamedArray(problem.outputs, true[1]),
+                    states=NamedArray(model.states, read_only(true[0])),
+                    outputs=NamedArray(problem.outputs, read_only(true[1])),
                 )
                 try:
-                    state = plant.advance(state, held, given)
+                    state = read_only(plant.advance(state, held, given))
                 except PlantError as error:
                     raise PlantError(f"At t = {t:g} s: {error}") from None
         finally:
-            if previewed:  # the others were this run's
-                controller.parameters = dict(zip(model.parameters, own_parameters.T, strict=True))
+            previewed.look({})  # the others were this run's
 
     def _random(self) -> tuple[Array, RunningSensors]:
         """Parameters of the plant at each sample (K, np_), and sensors with their noise: all that the seed decides."""
@@ -151,8 +168,10 @@ class ClosedLoop:
         times = problem.sampling_time * np.arange(len(self))
         disturbance = np.tile(plant.default_parameters, (len(self), 1))
         for name, source in scenario.disturbances.items():
-            disturbance[:, plant.parameters.index(name)] = source.sample(times, wind)
-        return disturbance, scenario.sensors.start(plant, problem.model, len(self), noise)
+            disturbance[:, plant.parameters.index(name)] = sampled(
+                source, f"disturbances[{name!r}]", times.copy(), wind
+            )
+        return read_only(disturbance), scenario.sensors.start(plant, self.measured, len(self), noise)
 
 
 def _preview(reference: Reference, times: Array, x: NamedArray) -> Preview:
@@ -162,35 +181,30 @@ def _preview(reference: Reference, times: Array, x: NamedArray) -> Preview:
     return preview
 
 
-def _believed(controller: Controller) -> Array:
-    """The controller's parameters (N, np_): set as a mapping, read as an array."""
-    return controller.parameters
-
-
 def _now(preview: Preview, outputs: Signals) -> Array:
     return np.array([np.ravel(preview.signals.get(name, np.nan))[0] for name in outputs], dtype=float)
 
 
-def _step(
-    controller: Controller,
-    x: Array,
-    preview: Preview,
-    bad: Sequence[tuple[Fault, int]],
-    actuators: Actuators,
-    k: int,
-) -> Plan | None:
-    """The controller's step at sample k, whose command is then on its way; None if the controller does not run."""
+def _step(controller: Controller, x: Array, preview: Preview, bad: Sequence[tuple[Fault, int]]) -> Plan | None:
+    """The controller's step; None if it does not run."""
     if not all(fault.runs for fault, _ in bad):
-        actuators.skipped = True
         return None
-    if actuators.skipped:
-        actuators.tell(k)
     with ExitStack() as contexts:
         for fault, _ in bad:
             contexts.enter_context(fault.around(controller))
         with interruptible():
-            plan = controller.step(x, preview.signals)
-    late = [fault.lateness for fault, _ in bad]
-    if None not in late:
-        actuators.send(k, plan.command.values, sum(samples or 0 for samples in late))
-    return plan
+            return controller.step(x, preview.signals)
+
+
+def _require_same_lateness(sensors: Mapping[str, int], estimator: Mapping[str, int]) -> None:
+    """Raise if an estimator would take measurements for newer, or older, than they are."""
+    for name in {**sensors, **estimator}:
+        late, expected = sensors.get(name, 0), estimator.get(name, 0)
+        if late != expected:
+            raise ArgumentError(
+                f"sensors.late[{name!r}]",
+                str(late),
+                f"the {expected} samples that the estimator reckons with",
+                "ExtendedKalman(late={...}) takes late measurements for what they are; what it shall not know of is a "
+                "fault, LateMeasurement.",
+            )

@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike
 
-from rumo.checks import checked
+from rumo.checks import as_numbers, checked, finite_number, whole_number
 from rumo.controllers import Controller
+from rumo.controllers.arguments import ReferenceWindow, reference_window
+from rumo.draft import parameter_table
 from rumo.errors import ShapeError, UnknownNameError
 from rumo.interrupts import interruptible
+from rumo.model import Model
 from rumo.plan import Plan
-from rumo.problem import Problem
 from rumo.signals import Array, NamedArray, Signals, Values
-from rumo.simulation.foreign import ForeignPlant
+from rumo.simulation.computed import limits_at, outputs_and_constraints
+from rumo.simulation.foreign import ForeignPlant, PlantLike, as_plant
 from rumo.simulation.plant import Plant
 from rumo.simulation.sample import Sample
 from rumo.simulation.variables import OTHERS, SKIPPED, TIMES, VARIABLES
@@ -33,10 +34,10 @@ class Recorder:
     ----------
     controller : Controller
         Names the states, inputs, outputs and constraints.
-    plant : Plant or ForeignPlant, optional
+    plant : Model, Plant, PlantLike or str, optional
         Names the plant's states and parameters; there are none without one.
-    measured : Signals, optional
-        What is measured; the states of the controller's model if not given.
+    measured : Signals, or mapping of str to str, optional
+        What is measured, and in which unit; the states of the controller's model if not given.
     seed : int
         Of the run.
     """
@@ -44,17 +45,20 @@ class Recorder:
     def __init__(
         self,
         controller: Controller,
-        plant: Plant | ForeignPlant | None = None,
+        plant: Model | Plant | ForeignPlant | PlantLike | str | None = None,
         *,
-        measured: Signals | None = None,
+        measured: Signals | Mapping[str, str] | None = None,
         seed: int = 0,
     ) -> None:
         self._controller = checked(controller, "controller", Controller)
         problem = controller.problem
         model, nothing = problem.model, Signals({}, "nothing")
-        measured = model.states if measured is None else measured
+        if not isinstance(measured, Signals):
+            measured = model.states if measured is None else Signals(measured, "measured")
+        if plant is not None and not isinstance(plant, Plant | ForeignPlant):
+            plant = as_plant(plant, problem.sampling_time)
         further = {name: measured.unit(name) for name in measured if name not in model.states}
-        self._plant, self._seed = plant, seed
+        self._plant, self._seed = plant, whole_number(seed, "seed", 0, most=np.inf)
         self._measured = measured
         self._signals = {
             "state": model.states,
@@ -76,10 +80,12 @@ class Recorder:
         measured: Values | NamedArray | None = None,
         estimated: Values | NamedArray | None = None,
         applied: Values | NamedArray | None = None,
-        reference: Mapping[str, ArrayLike] | NamedArray | None = None,
+        reference: ReferenceWindow | None = None,
         **others: Any,
     ) -> None:
         """Record a sample. Mappings may leave signals out; NaN is what the log says of them.
+
+        What is given is copied, so it may change afterwards; what does not fit raises, and is not recorded.
 
         Parameters
         ----------
@@ -93,24 +99,25 @@ class Recorder:
             What the controller was told; what was measured if not given.
         applied : mapping or array_like (nu,), optional
             What is applied from now to the next sample.
-        reference : mapping of str to float or array_like (N + 1,), optional
+        reference : mapping of str to float or array_like (N + 1,), or array_like (N + 1, ny), optional
             Wanted outputs, as the controller was told.
         others : mapping or array_like
             Other variables of a log, by their names: `plant`, `disturbance`, `received`, `parameters`,
             `estimated_deviation`, `true_states`, `true_outputs`.
         """
         signals = self._signals
+        if plan is not None:
+            checked(plan, "plan", Plan, "It is what controller.step(...) returns.")
         for name in others:
             if name not in OTHERS:
                 known = ("measured", "estimated", "applied", "reference", *OTHERS)
                 raise UnknownNameError("Recorder.add", name, known)
-        now = {} if reference is None else {name: np.ravel(reference[name])[0] for name in self._named(reference)}
         said = self._vector(self._measured, measured, "measured")
         got = self._vector(self._measured, others.pop("received", measured), "received")
         row: dict[str, Any] = {
-            "time": float(time),
+            "time": finite_number(time, "time"),
             "applied": self._vector(signals["input"], applied, "applied"),
-            "reference": self._vector(signals["output"], now, "reference"),
+            "reference": self._wanted(reference),
         }
         for name, values in (("measured", said), ("received", got)):
             known = dict(zip(self._measured, values.tolist(), strict=True))
@@ -118,10 +125,18 @@ class Recorder:
             row[f"{name}_outputs"] = np.array([known[key] for key in signals["measured_output"]])
         told = row["received"] if estimated is None else estimated
         row["estimated"] = self._vector(signals["state"], told, "estimated")
-        row["parameters"] = others.pop("parameters", self._controller.parameters)
+        parameters = others.pop("parameters", {})
+        if isinstance(parameters, Mapping):
+            parameters = parameter_table(self._controller.problem.model, self._controller.parameters, parameters)
+        row["parameters"] = parameters
+        row["numbers"] = self._controller.problem.numbers
         for name, values in others.items():
             row[name] = self._vector(signals[VARIABLES[name][0][-1]], values, name)
-        self._rows.append(row | _of_plan(plan))
+        row |= _of_plan(plan)
+        for name, (dims, _) in VARIABLES.items():
+            if dims:
+                row[name] = self._copied(name, dims, row.get(name))
+        self._rows.append(row)
 
     def record(self, sample: Sample) -> None:
         """Record a sample of a `ClosedLoop`."""
@@ -141,6 +156,7 @@ class Recorder:
             true_states=sample.states,
             true_outputs=sample.outputs,
         )
+        self._rows[-1]["numbers"] = sample.numbers
 
     def log(self) -> xr.Dataset:
         """Everything recorded, dimensions named, units in attributes and in a `..._unit` coordinate."""
@@ -148,10 +164,10 @@ class Recorder:
 
         problem = self._controller.problem
         model = problem.model
-        columns = {name: self._stacked(name, dims) for name, (dims, _) in VARIABLES.items()}
+        columns = {name: self._column(name, dims, float if dims else str) for name, (dims, _) in VARIABLES.items()}
         with interruptible():
             self._complete(columns)
-            lower, upper = state_limits(problem)
+            limits = limits_at(problem, [row["numbers"] for row in self._rows])
         data: dict[str, Any] = {}
         for name, (dims, meaning) in VARIABLES.items():
             attributes = {"long_name": meaning}
@@ -168,10 +184,9 @@ class Recorder:
         for dim, names in self._signals.items():
             coordinates[dim] = (dim, np.array(names.names, dtype=str))
             coordinates[f"{dim}_unit"] = (dim, np.array(names.units, dtype=str))
-        limits = {"input": (problem.input_lower, problem.input_upper), "state": (lower, upper)}
-        for dim, values in limits.items():
-            for side, numbers in zip(("lower", "upper"), values, strict=True):
-                coordinates[f"{dim}_{side}"] = (dim, numbers, {"units": _unit_list(self._signals[dim])})
+        for dim, sides in limits.items():
+            for side, values in zip(("lower", "upper"), sides, strict=True):
+                coordinates[f"{dim}_{side}"] = (("time", dim), values, {"units": _unit_list(self._signals[dim])})
         plant_name = self._plant.name if self._plant else "a plant"
         attributes = {
             "title": f"{plant_name} under {self._controller.name}",
@@ -197,33 +212,42 @@ class Recorder:
         estimated, _ = evaluate(columns["estimated"].T, before, parameters)
         computed, constraints = evaluate(columns["true_states"].T, before, parameters)
         columns["estimated_outputs"] = estimated.full().T
-        columns["true_constraints"] = constraints.full().T
+        columns["true_constraints"] = constraints.full().T - np.array([row["numbers"].limits[0] for row in self._rows])
         true = columns["true_outputs"]
         columns["true_outputs"] = np.where(np.isnan(true), computed.full().T, true)
 
-    def _named(self, values: Mapping[str, ArrayLike] | NamedArray) -> list[str]:
-        names = values.signals if isinstance(values, NamedArray) else values
-        return [name for name in names if name in self._signals["output"]]
+    def _wanted(self, reference: ReferenceWindow | None) -> Array:
+        """Wanted outputs now (ny,)."""
+        outputs = self._signals["output"]
+        if reference is None or isinstance(reference, Mapping | NamedArray):
+            given: Any = reference.as_dict() if isinstance(reference, NamedArray) else reference or {}
+            reference = dict.fromkeys(outputs, np.nan) | dict(given)
+        window = reference_window(self._controller.problem, reference)
+        return np.array([window[name][0] for name in outputs])
 
     def _vector(self, signals: Signals, values: Any, argument: str) -> Array:
         nothing = np.full(len(signals), np.nan)
         if values is None:
             return nothing
-        return signals.vector(values.values if isinstance(values, NamedArray) else values, argument, nothing)
+        return signals.vector(values.as_dict() if isinstance(values, NamedArray) else values, argument, nothing)
 
-    def _column(self, name: str) -> Array:
-        return np.array([row[name] for row in self._rows], dtype=float)
+    def _column(self, name: str, dims: tuple[str, ...] = (), kind: type = float) -> Any:
+        return np.array([row[name] for row in self._rows], dtype=kind).reshape(len(self._rows), *self._shape(dims))
 
-    def _stacked(self, name: str, dims: tuple[str, ...]) -> Any:
-        if not dims:
-            return np.array([row[name] for row in self._rows], dtype=str)
+    def _shape(self, dims: tuple[str, ...]) -> tuple[int, ...]:
         N = self._controller.problem.horizon
         sizes = {"stage": N + 1, "interval": N}
-        shape = [sizes[dim] if dim in sizes else len(self._signals[dim]) for dim in dims]
-        rows = [row.get(name, np.full(shape, np.nan)) for row in self._rows]
-        if any(np.shape(row) != tuple(shape) for row in rows):
-            raise ShapeError(name, "samples of different shapes", f"shape {tuple(shape)} at each sample")
-        return np.array(rows, dtype=float).reshape(len(rows), *shape)
+        return tuple(sizes[dim] if dim in sizes else len(self._signals[dim]) for dim in dims)
+
+    def _copied(self, name: str, dims: tuple[str, ...], values: Any) -> Array:
+        """A variable of a sample, NaN for None; a vector is that of every interval."""
+        shape = self._shape(dims)
+        if values is None:
+            return np.full(shape, np.nan)
+        array = as_numbers(values, name)
+        if array.shape not in (shape, shape[1:]):
+            raise ShapeError(name, f"shape {array.shape}", f"shape {shape}")
+        return np.broadcast_to(array, shape).copy()
 
 
 def _of_plan(plan: Plan | None) -> dict[str, Any]:
@@ -241,33 +265,6 @@ def _of_plan(plan: Plan | None) -> dict[str, Any]:
         "feedback_time": plan.timings.feedback,
         "step_time": plan.timings.total,
     }
-
-
-def outputs_and_constraints(problem: Problem) -> ca.Function:
-    """`(x, u, p) -> y, G`: tracked outputs, and path constraints less their next limits.
-
-    NaN where they depend on algebraic variables.
-    """
-    model = problem.model
-    now = [item.expression - item.limits[0] for item in problem.constraints]
-    rows = [ca.vertcat(*problem.output_rows), ca.vertcat(ca.SX(0, 1), *now)]
-    if len(model.algebraic):
-        unknown = ca.SX(ca.DM.nan(len(model.algebraic)))
-        rows = [ca.substitute(row, model.z, unknown) for row in rows]
-    return ca.Function("now", [model.x, model.u, model.p], rows)
-
-
-def state_limits(problem: Problem) -> tuple[Array, Array]:
-    """Lower and upper bounds of the states (nx,), infinite where there is none."""
-    model = problem.model
-    lower, upper = np.full(len(model.states), -np.inf), np.full(len(model.states), np.inf)
-    for item in problem.constraints:
-        for i in range(len(model.states)):
-            if ca.is_equal(item.expression, model.x[i]):
-                upper[i] = min(upper[i], item.limits[0])
-            elif ca.is_equal(item.expression, -model.x[i], 1):
-                lower[i] = max(lower[i], -item.limits[0])
-    return lower, upper
 
 
 def _unit_list(signals: Signals) -> str:

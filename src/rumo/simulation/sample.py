@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from rumo.numbers import ProblemNumbers
 from rumo.plan import Plan
 from rumo.references import Preview
 from rumo.signals import Array, NamedArray
@@ -11,7 +12,7 @@ from rumo.signals import Array, NamedArray
 
 @dataclass(frozen=True)
 class Sample:
-    """Everything that is known at a sample, when its input is about to be applied.
+    """Everything that is known at a sample, when its input is about to be applied. Its arrays cannot be written to.
 
     Attributes
     ----------
@@ -33,8 +34,8 @@ class Sample:
         What lies ahead, as the controller is told.
     reference : NamedArray
         Wanted outputs now.
-    parameters : ndarray, shape (N, np_)
-        Of the controller's model on each interval, as the controller believes.
+    numbers : ProblemNumbers
+        Of the controller's problem, such as bounds and limits.
     plan : Plan or None
         What the controller answers; None if it was skipped.
     applied : NamedArray
@@ -55,12 +56,17 @@ class Sample:
     covariance: Array | None
     preview: Preview
     reference: NamedArray[float]
-    parameters: Array
+    numbers: ProblemNumbers
     plan: Plan | None
     applied: NamedArray[float]
     disturbance: NamedArray[float]
     states: NamedArray[float]
     outputs: NamedArray[float]
+
+    @property
+    def parameters(self) -> Array:
+        """Parameters of the controller's model on each interval (N, np_), as the controller believes."""
+        return self.numbers.parameters
 
     @property
     def commanded(self) -> NamedArray[float] | None:

@@ -1,9 +1,10 @@
-"""All that decides a run, as plain data."""
+"""A run as plain data: all that decides it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import isclose
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,22 +15,25 @@ from rumo.controllers import Controller, RealTimeIteration
 from rumo.discretization import Discretization
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.estimation import Estimator
+from rumo.estimation.base import check_estimator
 from rumo.model import Model
 from rumo.problem import Problem
 from rumo.references import ReferenceLike, as_reference
 from rumo.registry import CONTROLLERS, DISCRETIZATIONS
-from rumo.signals import Values
+from rumo.signals import Signals, Values
 from rumo.simulation.faults import Fault
 from rumo.simulation.foreign import PlantLike
+from rumo.simulation.loop import ClosedLoop
 from rumo.simulation.plant import Plant
+from rumo.simulation.run import record
 from rumo.simulation.sensors import Sensors
-from rumo.simulation.wind import Disturbance
+from rumo.simulation.wind import Disturbance, check_disturbance
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scenario:
     """A run before it is run: who controls what, what is wanted, and what gets in the way.
 
@@ -66,7 +70,7 @@ class Scenario:
     disturbances : mapping of str to Disturbance
         Parameters of the plant that vary with time, such as the wind.
     faults : tuple of Fault
-        What goes wrong. Those of the same samples act in this order.
+        What goes wrong, or a list of them. Those of the same samples act in this order.
     seed : int
         Of noise and disturbances: the same seed gives the same run.
 
@@ -89,44 +93,33 @@ class Scenario:
     sensors: Sensors = field(default_factory=Sensors)
     estimator: Estimator | None = None
     disturbances: Mapping[str, Disturbance] = field(default_factory=dict[str, Disturbance])
-    faults: tuple[Fault, ...] = ()
+    faults: Sequence[Fault] = ()
     seed: int = 0
 
     def __post_init__(self) -> None:
         dt = checked(self.problem, "problem", Problem).sampling_time
-        if not dt <= self.duration < np.inf:
-            raise ArgumentError("duration", f"{self.duration!r}", f"at least one sampling time of {dt:g} s, finite")
-        whole_number(self.seed, "seed", 0)
+        duration = self.duration
+        if not isinstance(duration, int | float | np.number) or not (dt <= duration < np.inf or isclose(duration, dt)):
+            raise ArgumentError("duration", repr(duration), f"at least one sampling time of {dt:g} s, finite")
+        whole_number(self.seed, "seed", 0, most=np.inf)
         as_reference(self.reference)
         checked(self.sensors, "sensors", Sensors)
-        if isinstance(self.estimator, type):
-            raise ArgumentError("estimator", self.estimator.__name__, "settings such as Butterworth(cutoff=3.5)")
-        as_mapping(self.disturbances, "disturbances")
-        if not isinstance(self.faults, tuple):
+        if self.estimator is not None:
+            check_estimator(self.estimator)
+        for name, disturbance in as_mapping(self.disturbances, "disturbances").items():
+            check_disturbance(disturbance, f"disturbances[{name!r}]")
+        if not isinstance(self.faults, tuple | list):
             raise ArgumentError("faults", repr(self.faults), "a tuple such as (Missing(when=range(10, 15)),)")
         for fault in self.faults:
             checked(fault, "faults", Fault)
+        object.__setattr__(self, "faults", tuple(self.faults))
+        self._check_faults()
         self._controller_class()
 
     @property
     def samples(self) -> int:
         """How many there are."""
         return round(self.duration / self.problem.sampling_time)
-
-    def make_controller(self) -> Controller:
-        """A new controller, as this scenario wants it."""
-        kind: Any = self._controller_class()  # a class of the user's is made as ours are
-        options: dict[str, Any] = {} if self.settings is None else {"settings": self.settings}
-        if self.backend is not None:
-            if not issubclass(kind, RealTimeIteration):
-                raise ArgumentError("backend", repr(self.backend), f"nothing: {kind.__name__} has only one")
-            options["backend"] = self.backend
-        scheme = self.discretization
-        if isinstance(scheme, str):
-            if scheme not in DISCRETIZATIONS:
-                raise UnknownNameError("discretization", scheme, DISCRETIZATIONS)
-            scheme = DISCRETIZATIONS[scheme]()
-        return kind(self.problem, scheme, **options)
 
     def run(
         self, controller: Controller | None = None, progress: Callable[[int, int], None] | None = None
@@ -147,13 +140,34 @@ class Scenario:
 
         Raises
         ------
-        PlantError, Interrupted
-            If the plant cannot be integrated, or Ctrl-C came; their `log` has the run so far.
+        Exception
+            Whatever a part of it raises: `PlantError` if the plant cannot be integrated, `Interrupted` on Ctrl-C. Its
+            `log` has the run so far, with `complete="no"` among the attributes.
         """
-        from rumo.simulation.loop import ClosedLoop  # both run scenarios
-        from rumo.simulation.run import record
-
         return record(ClosedLoop(self, controller), progress)
+
+    def make_controller(self) -> Controller:
+        """A new controller, as this scenario wants it."""
+        kind: Any = self._controller_class()  # a class of the user's is made as ours are
+        options: dict[str, Any] = {} if self.settings is None else {"settings": self.settings}
+        if self.backend is not None:
+            if not issubclass(kind, RealTimeIteration):
+                raise ArgumentError("backend", repr(self.backend), f"nothing: {kind.__name__} has only one")
+            options["backend"] = self.backend
+        scheme = self.discretization
+        if isinstance(scheme, str):
+            if scheme not in DISCRETIZATIONS:
+                raise UnknownNameError("discretization", scheme, DISCRETIZATIONS)
+            scheme = DISCRETIZATIONS[scheme]()
+        return kind(self.problem, scheme, **options)
+
+    def _check_faults(self) -> None:
+        """Raise for a fault of a signal that there is not."""
+        model = self.problem.model
+        names = model.states.names if self.sensors.measured is None else self.sensors.measured
+        measured = Signals(dict.fromkeys(names, "as the plant says"), "measured")
+        for fault in self.faults:
+            fault.check(measured, model.inputs)
 
     def _controller_class(self) -> type[Controller]:
         kind = self.controller
@@ -166,3 +180,80 @@ class Scenario:
                 "controller", repr(kind), f"one of {', '.join(CONTROLLERS)}, or a class", "Settings go to settings=."
             )
         return kind
+
+
+def simulate(
+    controller: Controller,
+    plant: Model | Plant | PlantLike | str,
+    x: Values,
+    reference: ReferenceLike,
+    duration: float,
+    *,
+    applied: Mapping[str, float] | ArrayLike | None = None,
+    seed: int = 0,
+    sensors: Sensors | None = None,
+    estimator: Estimator | None = None,
+    disturbances: Mapping[str, Disturbance] | None = None,
+    faults: Sequence[Fault] = (),
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Run a controller in closed loop with a plant: a `Scenario` with a controller that is there already.
+
+    At each sample the plant is measured, the controller computes a command, and the command computed `delay` samples
+    ago is held until the next sample.
+
+    Parameters
+    ----------
+    controller : Controller
+        It is reset first.
+    plant : Model, Plant, PlantLike or str
+        What is controlled; a `Plant` where tolerances or scales matter. Its inputs include the controller's, further
+        ones stay 0; each state of the controller's model is one of its states or outputs, in the same unit.
+    x : mapping or sequence, (plant nx,)
+        Initial state of the plant.
+    reference : Reference, callable, or mapping of str to float
+        What lies ahead; times (n,) [s] -> signal -> values (n,); or values to be held.
+    duration : float
+        [s].
+    applied : mapping, or array_like (nu,) or (max(delay, 1), nu), optional
+        Inputs decided before the start; the safe input if not given.
+    seed : int
+        Of noise and disturbances: the same seed gives the same log, but for timings.
+    sensors : Sensors, optional
+        Exact states if not given.
+    estimator : Estimator, optional
+        From measurements to the state that the controller is told; measured states pass unchanged without one.
+    disturbances : mapping of str to Disturbance, optional
+        Plant parameters that vary with time, such as the wind.
+    faults : sequence of Fault
+        What goes wrong.
+    progress : callable, optional
+        Called with (samples done, all samples).
+
+    Returns
+    -------
+    xarray.Dataset
+        See the page on logs; save it with `rumo.simulation.save(log, "run.nc")`.
+
+    Raises
+    ------
+    ArgumentError
+        If names or shapes don't fit.
+    Exception
+        Whatever a part of the run raises, see `Scenario.run`.
+    """
+    scenario = Scenario(
+        checked(controller, "controller", Controller).problem,
+        plant,
+        x,
+        reference,
+        duration,
+        controller=type(controller),
+        applied=applied,
+        sensors=Sensors() if sensors is None else sensors,
+        estimator=estimator,
+        disturbances=disturbances or {},
+        faults=tuple(faults),
+        seed=seed,
+    )
+    return scenario.run(controller, progress)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rumo.checks import as_mapping, whole_number
+from rumo.checks import as_mapping, as_names, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.interrupts import interruptible
 from rumo.model import Model
@@ -38,8 +38,14 @@ class Sensors:
     measured: tuple[str, ...] | None = None
     late: Mapping[str, int] = field(default_factory=dict[str, int])
 
+    def __post_init__(self) -> None:
+        if self.measured is not None:
+            as_names(self.measured, "measured")
+        as_mapping(self.noise, "noise")
+        as_mapping(self.late, "late")
+
     def signals(self, plant: AnyPlant, model: Model) -> Signals:
-        """Names and units of what is measured; raises where plant and model don't fit together."""
+        """Names and units of what is measured; raises unless these settings, plant and model fit together."""
         names = model.states.names if self.measured is None else tuple(self.measured)
         known = (*plant.states, *plant.outputs)
         for name in names:
@@ -48,25 +54,25 @@ class Sensors:
                 cure = f"Give {plant.name} an output of this name: the controller needs it as a state."
                 raise UnknownNameError("plant" if needed else "measured", name, known, cure if needed else "")
         require_same_units(plant, model, names)
-        return Signals({name: unit_of(plant, name) for name in names}, "measured")
+        signals = Signals({name: unit_of(plant, name) for name in names}, "measured")
+        self._check_numbers(plant, signals)
+        return signals
 
     def deviations(self, signals: Signals) -> Array:
         """Standard deviation of the noise on each of some signals (n,)."""
         return np.array([self.noise.get(name, 0.0) for name in signals], dtype=float)
 
-    def start(self, plant: AnyPlant, model: Model, samples: int, rng: np.random.Generator) -> RunningSensors:
-        """Sensors for a run of so many samples, with all of their noise."""
-        return RunningSensors(self, plant, self.signals(plant, model), samples, rng)
+    def start(self, plant: AnyPlant, signals: Signals, samples: int, rng: np.random.Generator) -> RunningSensors:
+        """Sensors of these signals for a run of so many samples, with all of their noise."""
+        return RunningSensors(self, plant, signals, samples, rng)
 
-    def check(self, plant: AnyPlant, model: Model) -> None:
-        """Raise unless every setting belongs to the plant."""
-        signals = self.signals(plant, model)
+    def _check_numbers(self, plant: AnyPlant, signals: Signals) -> None:
         sources = Signals({name: unit_of(plant, name) for name in dict.fromkeys((*plant.states, *signals))}, "noise")
-        sources.finite_vector(as_mapping(self.noise, "noise"), "noise", np.zeros(len(sources)))
+        sources.finite_vector(self.noise, "noise", np.zeros(len(sources)))
         for name, value in self.noise.items():
             if value < 0.0:
                 raise ArgumentError(f"noise[{name!r}]", f"{value:g}", "a standard deviation of 0 or more")
-        for name, samples in as_mapping(self.late, "late").items():
+        for name, samples in self.late.items():
             signals.index(name, "late")
             whole_number(samples, f"late[{name!r}]", 0)
 

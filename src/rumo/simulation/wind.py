@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from rumo.checks import positive_number
+from rumo.checks import as_numbers, finite_number, non_negative_number, positive_number
+from rumo.errors import ArgumentError, ShapeError
 from rumo.signals import Array
 
 
+@runtime_checkable
 class Disturbance(Protocol):
     """A time series of one plant parameter."""
 
@@ -24,6 +26,9 @@ class Constant:
     """Always the same value."""
 
     value: float
+
+    def __post_init__(self) -> None:
+        finite_number(self.value, "value")
 
     def sample(self, times: Array, rng: np.random.Generator) -> Array:
         """Values (K,), see `Disturbance`."""
@@ -42,6 +47,10 @@ class RandomWalk:
 
     mean: float
     std: float
+
+    def __post_init__(self) -> None:
+        finite_number(self.mean, "mean")
+        non_negative_number(self.std, "std")
 
     def sample(self, times: Array, rng: np.random.Generator) -> Array:
         """Values (K,), see `Disturbance`."""
@@ -68,6 +77,8 @@ class OrnsteinUhlenbeck:
     correlation_time: float
 
     def __post_init__(self) -> None:
+        finite_number(self.mean, "mean")
+        non_negative_number(self.std, "std")
         positive_number(self.correlation_time, "correlation_time")
 
     def sample(self, times: Array, rng: np.random.Generator) -> Array:
@@ -99,9 +110,29 @@ class Gust:
     duration: float
 
     def __post_init__(self) -> None:
+        for name in ("mean", "peak", "start"):
+            finite_number(getattr(self, name), name)
         positive_number(self.duration, "duration")
 
     def sample(self, times: Array, rng: np.random.Generator) -> Array:
         """Values (K,), see `Disturbance`."""
         progress = np.clip((times - self.start) / self.duration, 0.0, 1.0)
         return self.mean + 0.5 * (self.peak - self.mean) * (1.0 - np.cos(2.0 * np.pi * progress))
+
+
+def check_disturbance(disturbance: object, argument: str) -> None:
+    """Raise unless it is a disturbance."""
+    if isinstance(disturbance, type) or not isinstance(disturbance, Disturbance):
+        cure = f"Write Constant({disturbance!r})." if isinstance(disturbance, int | float) else ""
+        expected = "a disturbance such as rumo.simulation.Constant(9.81), with sample(times, rng)"
+        raise ArgumentError(argument, repr(disturbance), expected, cure)
+
+
+def sampled(disturbance: Disturbance, argument: str, times: Array, rng: np.random.Generator) -> Array:
+    """Values (K,) of a disturbance, which may be of the user's making."""
+    values = as_numbers(disturbance.sample(times, rng), f"{argument}.sample()")
+    if values.shape not in ((), times.shape):
+        raise ShapeError(f"{argument}.sample()", f"shape {values.shape}", f"shape {times.shape}: a value for each time")
+    if not np.isfinite(values).all():
+        raise ArgumentError(f"{argument}.sample()", "NaN or infinity", "finite numbers")
+    return values

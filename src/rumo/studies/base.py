@@ -10,6 +10,7 @@ from threading import get_ident
 from typing import Any, ClassVar, Protocol
 
 from rumo.controllers import Controller
+from rumo.interrupts import interruptible
 from rumo.report.contents import Report
 
 Key = tuple[str | float, ...]
@@ -38,11 +39,15 @@ class Study(ABC):
         """What there is to do; each run can be done by itself, anywhere."""
 
     @abstractmethod
-    def report(self, results: Mapping[Any, Any]) -> Report:
-        """Summary, sentences, tables and figures of what came of the runs, nested by the parts of their keys.
+    def summary(self, results: Mapping[Any, Any]) -> dict[str, Any]:
+        """Content of `summary.json`, from what came of the runs, nested by the parts of their keys.
 
-        Runs may be missing, such as those after an interruption: the report is of the others.
+        Runs may be missing, such as those after an interruption: it is of the others.
         """
+
+    @abstractmethod
+    def report(self, results: Mapping[Any, Any]) -> Report:
+        """The summary, and sentences, tables and figures of it and of what came of the runs."""
 
     def run(self, progress: Progress | None = None) -> dict[Any, Any]:
         """Do everything; what came of it, nested by the parts of the runs' keys: `results["rti"]["jump"]`."""
@@ -50,7 +55,10 @@ class Study(ABC):
 
 
 def carry_out(runs: Mapping[Key, Run], progress: Progress | None = None) -> Generator[tuple[Key, Any]]:
-    """Do the runs one after the other; yields each key with what came of it."""
+    """Do the runs one after the other; yields each key with what came of it.
+
+    On Ctrl-C what the run comes to is not yielded, whatever it has made of it.
+    """
     every, done = Counter(str(key[0]) for key in runs), Counter[str]()
     for key, run in runs.items():
         name = str(key[0])
@@ -59,8 +67,9 @@ def carry_out(runs: Mapping[Key, Run], progress: Progress | None = None) -> Gene
             if progress is not None and part < whole:
                 progress(name, done[name] + part / whole, every[name])
 
-        tell(0, 1)
-        result = run.run(progress=tell)
+        with interruptible(0):
+            tell(0, 1)
+            result = run.run(progress=tell)
         done[name] += 1
         if progress is not None:
             progress(name, done[name], every[name])

@@ -8,7 +8,7 @@ import casadi as ca
 
 from rumo.model import Model
 from rumo.terms import Constraint, Penalty
-from rumo.vehicles.chassis import BODY_STATES, INPUTS, WIND, WheelForces, planar_motion, wheel_forces
+from rumo.vehicles.chassis import BODY_STATES, INPUTS, WIND, WheelForces, choices, planar_motion, wheel_forces
 from rumo.vehicles.errata import AsPrinted
 from rumo.vehicles.parameters import GRAVITY, VehicleParameters
 from rumo.vehicles.tyres import LinearTyre, Tyre
@@ -38,7 +38,7 @@ def dynamic_bicycle(
     axle_torque : bool
         The torque is that of the rear axle, shared by its wheels.
     """
-    tyre, as_printed = tyre or LinearTyre(), as_printed or AsPrinted()
+    tyre, as_printed = choices(parameters, tyre, as_printed, LinearTyre())
     share = 0.5 if axle_torque else 1.0
 
     def dynamics(x: Any, u: Any, p: Any) -> dict[str, Any]:
@@ -85,7 +85,7 @@ def friction_circles(
     as_printed : AsPrinted, optional
         With `full_weight_friction`, the limit of one tyre is that of the whole car.
     """
-    printed = as_printed or AsPrinted()
+    _, printed = choices(parameters, None, as_printed, LinearTyre())
 
     def circle(axle: int) -> Any:
         tyre = (parameters.front, parameters.rear)[axle]

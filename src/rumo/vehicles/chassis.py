@@ -7,6 +7,8 @@ from typing import Any
 
 import casadi as ca
 
+from rumo.checks import checked
+from rumo.errors import ArgumentError
 from rumo.model import Parameter
 from rumo.vehicles.errata import AsPrinted
 from rumo.vehicles.parameters import TyreParameters, VehicleParameters
@@ -34,6 +36,16 @@ class WheelForces:
     F_y: Any
     X: Any
     Y: Any
+
+
+def choices(
+    parameters: VehicleParameters, tyre: Tyre | None, as_printed: AsPrinted | None, default: Tyre
+) -> tuple[Tyre, AsPrinted]:
+    """Tyre and equations of a car, which may be left out; raises for what is none of these."""
+    checked(parameters, "parameters", VehicleParameters, "Write rumo.vehicles.PAPER_CAR for the paper's.")
+    if isinstance(tyre, type) or not hasattr(tyre or default, "force"):
+        raise ArgumentError("tyre", repr(tyre), "a tyre such as rumo.vehicles.Dugoff()")
+    return tyre or default, checked(as_printed or AsPrinted(), "as_printed", AsPrinted)
 
 
 def wheel_forces(

@@ -8,7 +8,7 @@ import casadi as ca
 
 from rumo.errors import ArgumentError
 from rumo.model import Model, Output
-from rumo.vehicles.chassis import BODY_STATES, INPUTS, WIND, planar_motion, wheel_forces
+from rumo.vehicles.chassis import BODY_STATES, INPUTS, WIND, choices, planar_motion, wheel_forces
 from rumo.vehicles.errata import AsPrinted
 from rumo.vehicles.parameters import VehicleParameters
 from rumo.vehicles.tyres import ModifiedDugoff, Tyre
@@ -50,6 +50,7 @@ def four_wheel(
     ArgumentError
         If the load is to be transferred and the height h of the centre of gravity is 0.
     """
+    tyre, as_printed = choices(parameters, tyre, as_printed, ModifiedDugoff())
     if load_transfer and parameters.h <= 0.0:
         raise ArgumentError(
             "load_transfer",
@@ -57,7 +58,6 @@ def four_wheel(
             "a car whose centre of gravity is above the ground",
             "Give the parameters a height h: dataclasses.replace(parameters, h=0.5).",
         )
-    tyre, as_printed = tyre or ModifiedDugoff(), as_printed or AsPrinted()
     par = parameters
     share = 0.5 if axle_torque else 1.0
     positions = {

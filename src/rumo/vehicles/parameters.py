@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from rumo.checks import positive_number
+from rumo.checks import checked, non_negative_number, positive_number
 from rumo.signals import Array
 
 GRAVITY = 9.81
@@ -33,7 +33,7 @@ class TyreParameters:
 
     def __post_init__(self) -> None:
         for name in ("C_s", "C_a", "mu"):
-            _require_positive(self, name)
+            positive_number(getattr(self, name), f"TyreParameters.{name}")
 
 
 @dataclass(frozen=True)
@@ -77,8 +77,13 @@ class VehicleParameters:
 
     def __post_init__(self) -> None:
         for item in fields(self):
-            if item.name not in ("front", "rear", "h", "b_lon", "b_lat"):
-                _require_positive(self, item.name)
+            value, name = getattr(self, item.name), f"VehicleParameters.{item.name}"
+            if item.name in ("front", "rear"):
+                checked(value, name, TyreParameters)
+            elif item.name in ("h", "b_lon", "b_lat"):
+                non_negative_number(value, name)
+            else:
+                positive_number(value, name)
 
     @property
     def wheelbase(self) -> float:
@@ -103,10 +108,6 @@ class VehicleParameters:
             "w_r": speed / self.r,
             "delta": np.arctan(self.wheelbase * curvature),
         }
-
-
-def _require_positive(parameters: object, name: str) -> None:
-    positive_number(getattr(parameters, name), f"{type(parameters).__name__}.{name}")
 
 
 _PAPER_TYRE = TyreParameters(C_s=600_000.0, C_a=250_000.0, mu=0.9)

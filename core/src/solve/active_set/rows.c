@@ -48,11 +48,6 @@ typedef struct qp {
     int iterations;
 } qp;
 
-/* Numbers, for which these agree with fmax and fmin, but are no calls. */
-static inline double larger(double a, double b) { return b > a ? b : a; }
-
-static inline double smaller(double a, double b) { return b < a ? b : a; }
-
 /* Room for bounds and increments of n variables, and for dense rows; increments are limited later if at all. */
 RARE static void alloc_qp(arena *a, qp *q, int n, int band, int dense) {
     q->n = n;

@@ -5,6 +5,8 @@
 #include "solve/dense/prepare.c"
 #include "solve/dense/solve.c"
 
-static const stage_solver dense_solver = {dense_lay_out, dense_renumber, dense_forget, dense_prepare, dense_solve};
+typedef dense solver_memory;
+
+static const stage_solver solver = {dense_lay_out, dense_renumber, dense_forget, dense_prepare, dense_solve};
 
 #endif

@@ -2,9 +2,9 @@
 #ifndef RUMO_PREPARE_C
 #define RUMO_PREPARE_C
 
-#include "guard/gate.c"
 #include "solve/active_set/working_set.c"
 #include "solve/dense/dense.h"
+#include "stages/along.c"
 
 /* A constraint that all inputs' ranges move by less than this share of its scale is not imposed. */
 #define NO_INFLUENCE 1e-10

@@ -2,25 +2,10 @@
 #ifndef RUMO_SOLVE_C
 #define RUMO_SOLVE_C
 
-#include "guard/follow.c"
+#include "base/admissible.h"
 #include "solve/active_set/qp.c"
 #include "solve/dense/dense.h"
-
-
-static inline double entry(const stage_maps *m, const sparse *matrix, int e, int k) {
-    return m->terms[(ptrdiff_t)(matrix->first + e) * m->s.lanes + k];
-}
-
-/* An output or constraint of stage k at (dx, du), as linearised, less what is wanted or allowed. */
-static inline double linearised(const stage_maps *m, int value, int r, const sparse *of_x, const sparse *of_u, int k,
-                                const double *dx, const double *du, double less) {
-    double y = m->terms[(ptrdiff_t)(value + r) * m->s.lanes + k] - less;
-    for (int e = of_x->start[r]; e < of_x->start[r + 1]; ++e) y += entry(m, of_x, e, k) * dx[of_x->column[e]];
-    if (du)
-        for (int e = of_u->start[r]; e < of_u->start[r + 1]; ++e) y += entry(m, of_u, e, k) * du[of_u->column[e]];
-    return y;
-}
-
+#include "stages/along.c"
 /* Gradient and limits of the QP, now that measurement and reference are known. */
 static WITHIN void set_up_qp(dense *d, const stage_maps *m, const stage_known *known, stage_step *step) {
     const rumo_problem *p = d->problem;

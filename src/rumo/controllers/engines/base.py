@@ -56,8 +56,12 @@ class Engine(Protocol):
         """Forget everything."""
         ...
 
-    def start(self, guess: Trajectory) -> None:
-        """Linearise about this guess next."""
+    def rest(self, x: Array) -> None:
+        """Linearise about this state (nx,) at rest next, with the last input decided."""
+        ...
+
+    def start(self, x: Array, u: Array) -> None:
+        """Linearise about these states (N + 1, nx) and inputs (N, nu) next."""
         ...
 
     def prepare(self) -> None:
@@ -73,7 +77,7 @@ class Engine(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Candidate:
     """What a method proposes: a trajectory, path constraints (N, nc), how far the solver got, and its `DIAGNOSTICS`.
 
@@ -112,8 +116,8 @@ class Method(ABC):
     def missed(self) -> None:
         """Be told that a step had no solution."""
 
-    def prepare(self, guess: Trajectory, applied: Array) -> bool:
-        """Prepare at a guess; False if the model gives no usable numbers there.
+    def prepare(self, guess: Trajectory, applied: Array) -> float | None:
+        """Prepare at a guess; None if the model gives no usable numbers there.
 
         Parameters
         ----------
@@ -121,6 +125,19 @@ class Method(ABC):
             The last plan, one sample later, or a state at rest.
         applied : ndarray, shape (max(delay, 1), nu)
             Inputs already decided.
+
+        Returns
+        -------
+        float or None
+            How far the guess is from satisfying the dynamics, over the reach of the inputs; 0 where that does not
+            matter. The guard drops guesses that stray.
+        """
+        return 0.0
+
+    def advance(self, x: Array, window: Mapping[str, Array], applied: Array) -> bool:
+        """Improve on what is prepared, for a state (nx,) that is expected; False if that ends in no usable numbers.
+
+        The reference is the last one, by signal (N + 1,), and begins one sample before.
         """
         return True
 

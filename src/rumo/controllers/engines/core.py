@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import asdict
+from threading import RLock
 from typing import Any
 
 import numpy as np
 
 from rumo.controllers.arguments import ReferenceWindow, reference_window, tracked
 from rumo.controllers.engines.described import core_problem, core_settings, numbers_of
-from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.settings import Settings
 from rumo.errors import CallOrderError
 from rumo.kernel import NUMBERS, Build, Core, portable, tailored
@@ -23,9 +23,10 @@ STATUSES = tuple(Status)
 
 
 class CoreEngine:
-    """Steps computed by the C core: portable, or compiled for the problem."""
+    """Steps computed by the C core, portable or compiled for the problem. Threads that share it wait for each other."""
 
     def __init__(self, transcription: Transcription, settings: Settings, *, tailor: bool) -> None:
+        self._lock = RLock()  # what the core computes with is what its plans' layout says
         self._problem = transcription.problem
         description = core_problem(transcription)
         self._numbers = {name: description.values[name] for name in NUMBERS}
@@ -36,27 +37,35 @@ class CoreEngine:
 
     def configure(self, settings: Settings) -> None:
         """See `Engine.configure`."""
-        self._layout = PlanLayout(self._problem, settings.integrator_tolerance)
-        self._core.configure(asdict(core_settings(settings)))
+        with self._lock:
+            self._core.configure(asdict(core_settings(settings)))
+            self._layout = PlanLayout(self._problem, settings.integrator_tolerance)
 
     def update(self, transcription: Transcription) -> None:
         """See `Engine.update`."""
-        numbers, prepared = numbers_of(transcription), self._core.ready
-        changed = {name: array for name, array in numbers.items() if not np.array_equal(array, self._numbers[name])}
-        self._core.update(changed)
-        self._problem, self._numbers = transcription.problem, numbers
-        if prepared and not self._core.ready:
-            self._core.prepare()
-        self._layout = PlanLayout(self._problem, self._layout.integrator_tolerance)
+        numbers = numbers_of(transcription)
+        with self._lock:
+            prepared = self._core.ready
+            changed = {name: array for name, array in numbers.items() if not np.array_equal(array, self._numbers[name])}
+            self._core.update(changed)
+            self._problem, self._numbers = transcription.problem, numbers
+            self._layout = PlanLayout(self._problem, self._layout.integrator_tolerance)
+            if prepared and not self._core.ready:
+                self._core.prepare()
 
     def reset(self, applied: Array) -> None:
         """See `Engine.reset`."""
-        self._core.reset()
-        self._core.set_applied(applied)
+        with self._lock:
+            self._core.reset()
+            self._core.set_applied(applied)
 
-    def start(self, guess: Trajectory) -> None:
+    def rest(self, x: Array) -> None:
+        """See `Engine.rest`."""
+        self._core.rest(x)
+
+    def start(self, x: Array, u: Array) -> None:
         """See `Engine.start`."""
-        self._core.engage(np.ascontiguousarray(guess.x), np.ascontiguousarray(guess.u))
+        self._core.engage(np.ascontiguousarray(x), np.ascontiguousarray(u))
 
     @property
     def applied(self) -> Array:
@@ -81,13 +90,15 @@ class CoreEngine:
 
     def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
         """See `Engine.feedback`. Fastest for arrays: x (nx,) and reference (N + 1, ny), contiguous, of floats."""
-        if not self._core.ready:
-            raise CallOrderError("feedback() needs a preparation: call prepare() first, or step() for both.")
-        return self._run(self._core.feedback, x, reference)
+        with self._lock:
+            if not self._core.ready:
+                raise CallOrderError("feedback() needs a preparation: call prepare() first, or step() for both.")
+            return self._run(self._core.feedback, x, reference)
 
     def step(self, x: Values, reference: ReferenceWindow) -> Plan:
         """See `Engine.step`."""
-        return self._run(self._core.step, x, reference)
+        with self._lock:
+            return self._run(self._core.step, x, reference)
 
     def replay(self, x: Array, reference: Array, applied: Array) -> Array:
         """See `RealTimeIteration.replay`."""

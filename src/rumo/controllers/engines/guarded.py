@@ -42,6 +42,7 @@ class Guarded:
         self._lock = RLock()
         self._guard = guard_of(method.transcription, settings)
         self._guess: Trajectory | None = None  # where the next step linearises or starts from
+        self._wanted: Mapping[str, Array] | None = None  # the last reference
         self._prepared, self._prepare_time = False, 0.0
         self._take(method.transcription)
         self.configure(settings)
@@ -74,16 +75,27 @@ class Guarded:
         with self._lock:
             self._guard.reset()
             self._guard.applied = applied
-            self._guess = None
+            self._guess = self._wanted = None
             self._prepared, self._prepare_time = False, 0.0
             self.method.reset()
 
-    def start(self, guess: Trajectory) -> None:
+    def rest(self, x: Array) -> None:
+        """See `Engine.rest`."""
+        with self._lock:
+            self._guess, self._prepared = self._at_rest(x), False
+
+    def start(self, x: Array, u: Array) -> None:
         """See `Engine.start`."""
         with self._lock:
             self._guard.rest()
-            self._guess = guess
-            self._prepared = False
+            self._guess, self._prepared = self._beginning(x, u), False
+
+    def _at_rest(self, x: Array) -> Trajectory:
+        return self._beginning(np.tile(x, (self._problem.horizon + 1, 1)), self._guard.rest())
+
+    def _beginning(self, x: Array, u: Array) -> Trajectory:
+        """A guess without a plan behind it; what lies within its intervals is on the way from state to state."""
+        return Trajectory(u, x, self.method.transcription.inner_between(x[:-1], x[1:]), resting=True)
 
     @property
     def applied(self) -> Array:
@@ -104,8 +116,7 @@ class Guarded:
         with self._lock:
             measurement = self._problem.model.states.vector(x, "x")
             if not self._guard.has_guess and np.isfinite(measurement).all():
-                self._rest(measurement)
-                self._prepared = False
+                self.rest(measurement)
             if not self._prepared:
                 self.prepare()
             return self.feedback(measurement, reference)
@@ -114,13 +125,20 @@ class Guarded:
         """See `Engine.prepare`."""
         with self._lock, interruptible():
             start = perf_counter()
-            if self._guess is not None:
-                with np.errstate(all="ignore"):
-                    if not self.method.prepare(self._guess, self._guard.applied):
-                        self._guard.drop()
-                        self._guess = None
+            with np.errstate(all="ignore"):
+                if self._guess is not None and not (self._keep(self._guess) and self._advance(self._guess)):
+                    self._guard.drop()
+                    self._guess = None
             self._prepared = True
             self._prepare_time = perf_counter() - start
+
+    def _keep(self, guess: Trajectory) -> bool:
+        """Prepare at a guess; whether it gives numbers, and the guard keeps it."""
+        straying = self.method.prepare(guess, self._guard.applied)
+        return straying is not None and self._guard.keep(straying)
+
+    def _advance(self, guess: Trajectory) -> bool:
+        return self._wanted is None or self.method.advance(guess.x[0], self._wanted, self._guard.applied)
 
     def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
         """See `Engine.feedback`."""
@@ -143,13 +161,15 @@ class Guarded:
     def _attempt(self, x: Array, window: Mapping[str, Array]) -> tuple[Candidate | None, Status]:
         """What the method comes to, if the measurement can be used, and how far it got."""
         wanted = np.concatenate([window[name] for name in self.method.signals if name in window])
+        if np.isfinite(wanted).all():
+            self._wanted = window
         admitted = self._guard.admit(x, wanted, self.method.reach())
         if admitted is not Status.OPTIMAL:
             return None, admitted
         guess = self._guess
         if guess is None or not self._guard.has_guess:  # what was predicted is wrong
-            guess = self._rest(x)
-            if not self.method.prepare(guess, self._guard.applied):
+            guess = self._at_rest(x)
+            if not self._keep(guess):
                 return None, Status.SOLVER_FAILED
         candidate = self.method.solve(x, window, guess, self._guard.applied)
         if candidate is None:
@@ -174,9 +194,3 @@ class Guarded:
         parts = applied.u, applied.x, constraints, applied.inner[:, : len(problem.model.algebraic)], diagnostics
         numbers = np.concatenate([part.ravel() for part in parts])
         return Plan(self._layout, numbers, status, cause, self._prepare_time, perf_counter() - start)
-
-    def _rest(self, x: Array) -> Trajectory:
-        """Guess that the state stays where it is."""
-        inner = np.tile(self.method.transcription.inner_between(x, x), (self._problem.horizon, 1))
-        self._guess = Trajectory(self._guard.rest(), np.tile(x, (self._problem.horizon + 1, 1)), inner, resting=True)
-        return self._guess

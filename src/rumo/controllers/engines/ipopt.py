@@ -58,11 +58,11 @@ class Ipopt(Method):
     def reset(self) -> None:
         """See `Method.reset`; the multipliers of the last solution too."""
         self._multipliers: tuple[Array, Array] | None = None
-        self._first_reach: Array | None = None
+        self._reach: Array | None = None
 
     def reach(self) -> Array | None:
-        """See `Method.reach`; as it was for the first guess."""
-        return self._first_reach
+        """See `Method.reach`; at the guess prepared."""
+        return self._reach
 
     def _state(self) -> None:
         """State the NLP of equation (original-nlp), slack variables of soft constraints included."""
@@ -160,16 +160,16 @@ class Ipopt(Method):
             "show_eval_warnings": False,
         }
 
-    def prepare(self, guess: Trajectory, applied: Array) -> bool:
-        """See `Method.prepare`; the guess is all there is to prepare."""
-        if guess.resting:  # once after a reset, for the gate
-            problem, functions = self.transcription.problem, self.transcription
-            try:
-                A, B, _ = eliminate(functions.linearize(guess.x, guess.u, guess.inner, problem.parameters))
-                self._first_reach = near_reach(A[:, : guess.x.shape[1]], B[:, : guess.x.shape[1]], problem)
-            except np.linalg.LinAlgError:
-                self._first_reach = None
-        return guess.finite
+    def prepare(self, guess: Trajectory, applied: Array) -> float | None:
+        """See `Method.prepare`; the guess is all that IPOPT needs, and the reach there all that the gate does."""
+        problem, nx = self.transcription.problem, guess.x.shape[1]
+        try:
+            A, B, _ = eliminate(self.transcription.linearize(guess.x, guess.u, guess.inner, problem.parameters))
+            reached = near_reach(A[:, :nx], B[:, :nx], problem)
+            self._reach = reached if np.isfinite(reached).all() else None
+        except np.linalg.LinAlgError:
+            self._reach = None
+        return 0.0 if guess.finite else None
 
     def solve(self, x: Array, window: Mapping[str, Array], guess: Trajectory, applied: Array) -> Candidate | None:
         """See `Method.solve`."""

@@ -17,7 +17,6 @@ from rumo.controllers.engines.qp import QuadraticProgram, solve
 from rumo.controllers.engines.reach import near_reach, reach
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.settings import QpOptions, Settings
-from rumo.kernel import STRAYED
 from rumo.problem import Problem
 from rumo.shift import Shift
 from rumo.signals import Array
@@ -55,9 +54,7 @@ class NumpyRti(Method):
     def reset(self) -> None:
         """See `Method.reset`."""
         self._condensed: Condensed | None = None
-        self._expected: Mapping[str, Array] | None = None  # reference at the next sample, as far as known
         self._last_step = np.nan  # largest |v| of the iteration before
-        self._settled = False  # whether guesses have satisfied the dynamics since the last one at rest
 
     def missed(self) -> None:
         """See `Method.missed`."""
@@ -67,22 +64,14 @@ class NumpyRti(Method):
         """See `Method.reach`."""
         return None if self._condensed is None else self._condensed.near_reach
 
-    def prepare(self, guess: Trajectory, applied: Array) -> bool:
+    def prepare(self, guess: Trajectory, applied: Array) -> float | None:
         """Linearise about the guess, eliminate its unknowns, condense."""
         if guess.resting:
             self._last_step = np.nan
-        if not self.linearize(guess, applied) or self._condensed is None:
-            return False
-        # A plan made from a wild measurement would keep misleading its successors.
-        strayed = self._condensed.straying >= STRAYED
-        lost = self._settled and strayed and not guess.resting
-        self._settled = not strayed
-        return not lost and self._advance(guess.x[0], applied)
+        return self._condensed.straying if self.linearize(guess, applied) and self._condensed else None
 
     def solve(self, x: Array, window: Mapping[str, Array], guess: Trajectory, applied: Array) -> Candidate | None:
         """Complete the QP with measurement and reference, solve it, expand; again, if the settings say so."""
-        i, share = self._shift.stages, np.minimum(self._shift.shares, 1.0)
-        self._expected = {name: r[i] + share * (r[i + 1] - r[i]) for name, r in window.items()}
         candidate = self.iterate(x, window, applied)
         for _ in range(self.settings.sqp_iterations - 1):
             if not candidate.status.solved or self._change(candidate.trajectory) < self.settings.tolerance:
@@ -137,11 +126,12 @@ class NumpyRti(Method):
         trajectory = Trajectory(guess.u + du, states, inner)
         return Candidate(trajectory, constraints, status, self._diagnostics(condensed, v, status))
 
-    def _advance(self, predicted: Array, applied: Array) -> bool:
-        """Iterate on the state that is expected, and what was wanted at the last sample."""
-        for _ in range(self.settings.preparation_iterations if self._expected is not None else 0):
-            assert self._expected is not None
-            candidate = self.iterate(predicted, self._expected, applied)
+    def advance(self, x: Array, window: Mapping[str, Array], applied: Array) -> bool:
+        """Iterate on the state that is expected, and what was wanted at the last sample, one sample later."""
+        i, share = self._shift.stages, np.minimum(self._shift.shares, 1.0)
+        expected = {name: r[i] + share * (r[i + 1] - r[i]) for name, r in window.items()}
+        for _ in range(self.settings.preparation_iterations):
+            candidate = self.iterate(x, expected, applied)
             if not candidate.status.solved:
                 break
             done = self._change(candidate.trajectory) < self.settings.tolerance
@@ -168,7 +158,7 @@ class NumpyRti(Method):
         return float(max(inputs.max(), states.max(initial=0.0)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Condensed:
     """Affine maps to states, outputs and constraints: `known @ k + free @ v`.
 

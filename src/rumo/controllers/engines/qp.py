@@ -18,7 +18,7 @@ INFINITE = 1e30
 PROXIMAL = 1e-8
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class QuadraticProgram:
     """Minimise `v' H v / 2 + g' v + sum(l1 s + l2 s^2)` subject to bounds and two-sided rows.
 

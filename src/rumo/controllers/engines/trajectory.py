@@ -10,7 +10,7 @@ from rumo.kernel import Trajectory as Parts
 from rumo.signals import Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trajectory:
     """Inputs (N, nu), states (N + 1, nx) and the intervals' other unknowns (N, nw - nx) over a horizon.
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
+from rumo.checks import as_numbers, finite_number
+from rumo.errors import ArgumentError
 from rumo.signals import Array, Signals
-from rumo.simulation.faults.base import Fault
+from rumo.simulation.faults.base import Tellable
 
 
 @dataclass(frozen=True)
-class _Actuator(Fault):
+class _Actuator(Tellable):
     """A fault of one actuator.
 
     Parameters
@@ -24,17 +26,10 @@ class _Actuator(Fault):
     """
 
     input: str
-    _: KW_ONLY
-    told: bool = False
 
     def check(self, measured: Signals, inputs: Signals) -> None:
         """Raise for an unknown input."""
         inputs.index(self.input, "input")
-
-    @property
-    def known(self) -> bool:
-        """Whether controller and estimator learn what is applied."""
-        return self.told
 
     def _set(self, applied: Array, inputs: Signals, value: float) -> Array:
         applied = applied.copy()
@@ -58,6 +53,11 @@ class Stuck(_Actuator):
 
     value: float | None = None
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.value is not None:
+            finite_number(self.value, "value")
+
     def act(self, applied: Array, past: Sequence[Array], bad: int, inputs: Signals) -> Array:
         """The value in place of the command."""
         last = past[len(past) - 1 - bad][inputs.index(self.input)]
@@ -79,6 +79,10 @@ class Weakened(_Actuator):
     """
 
     share: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        finite_number(self.share, "share")
 
     def act(self, applied: Array, past: Sequence[Array], bad: int, inputs: Signals) -> Array:
         """A share of the command."""
@@ -102,6 +106,12 @@ class Saturated(_Actuator):
     lower: float = -np.inf
     upper: float = np.inf
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        limits = as_numbers((self.lower, self.upper), "lower, upper")
+        if limits.shape != (2,) or not limits[0] <= limits[1] or limits[0] == np.inf or limits[1] == -np.inf:
+            raise ArgumentError("lower, upper", f"({self.lower!r}, {self.upper!r})", "two limits, the lower one first")
+
     def act(self, applied: Array, past: Sequence[Array], bad: int, inputs: Signals) -> Array:
         """The command, limited."""
         value = np.clip(applied[inputs.index(self.input)], self.lower, self.upper)
@@ -123,6 +133,10 @@ class Biased(_Actuator):
     """
 
     by: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        finite_number(self.by, "by")
 
     def act(self, applied: Array, past: Sequence[Array], bad: int, inputs: Signals) -> Array:
         """The command and the bias."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
@@ -27,7 +27,7 @@ class Fault:
 
     def __post_init__(self) -> None:
         if isinstance(self.when, range):
-            if self.when.step != 1 or self.when.start < 0:
+            if self.when.step != 1 or not 0 <= self.when.start <= self.when.stop:
                 raise ArgumentError("when", repr(self.when), "samples one after the other, from 0 on")
             return
         try:
@@ -36,7 +36,7 @@ class Fault:
             raise ArgumentError(
                 "when", repr(self.when), "range(first, end) of samples, or (start, end) in seconds"
             ) from None
-        if not 0.0 <= start <= end:
+        if not 0.0 <= start <= end or start == np.inf:
             raise ArgumentError("when", repr(self.when), "a start of at least 0 s, and an end after it")
 
     def samples(self, sampling_time: float) -> range:
@@ -84,7 +84,7 @@ class Fault:
 
     @property
     def known(self) -> bool:
-        """Whether controller and estimator learn what the actuators do; else they believe in their commands."""
+        """Whether controller and estimator know what becomes of commands; else they believe that all is well."""
         return False
 
     def around(self, controller: Controller) -> AbstractContextManager[object]:
@@ -100,3 +100,27 @@ class Fault:
     def lateness(self) -> int | None:
         """How many samples later than it should the command reaches the actuators; None if it never does."""
         return 0
+
+
+@dataclass(frozen=True)
+class Tellable(Fault):
+    """A fault of commands or actuators, of which controller and estimator may be told.
+
+    Parameters
+    ----------
+    told : bool
+        They know what becomes of commands; else they believe that these arrive, and are done.
+    """
+
+    _: KW_ONLY
+    told: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.told, bool):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise ArgumentError("told", repr(self.told), "True or False")
+
+    @property
+    def known(self) -> bool:
+        """Whether controller and estimator are told."""
+        return self.told

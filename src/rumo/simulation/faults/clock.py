@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rumo.checks import whole_number
-from rumo.simulation.faults.base import Fault
+from rumo.simulation.faults.base import Fault, Tellable
 
 
 @dataclass(frozen=True)
 class SkippedSample(Fault):
-    """The controller does not run. Actuators hold what was decided last, as it learns when it runs again."""
+    """The controller does not run. Actuators hold what was decided last, as far as it knows, which it learns."""
 
     @property
     def runs(self) -> bool:
@@ -19,13 +19,15 @@ class SkippedSample(Fault):
 
 
 @dataclass(frozen=True)
-class LateCommand(Fault):
+class LateCommand(Tellable):
     """The command comes late, from a slow computation or a slow network; actuators hold the last that arrived.
 
     Parameters
     ----------
     by : int
         Number of samples.
+    told : bool
+        Controller and estimator know; else they believe that it arrived in time.
     """
 
     by: int = 1
@@ -41,8 +43,14 @@ class LateCommand(Fault):
 
 
 @dataclass(frozen=True)
-class LostCommand(Fault):
-    """The command never arrives; actuators hold the last that did, and the controller does not know."""
+class LostCommand(Tellable):
+    """The command never arrives; actuators hold the last that did.
+
+    Parameters
+    ----------
+    told : bool
+        Controller and estimator know; else they believe that it arrived.
+    """
 
     @property
     def lateness(self) -> None:

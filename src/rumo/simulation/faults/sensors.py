@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rumo.checks import as_names, as_numbers, finite_number, whole_number
+from rumo.errors import ArgumentError
 from rumo.signals import Array, Signals
 from rumo.simulation.faults.base import Fault
 
@@ -25,6 +27,11 @@ class Reading(Fault):
 
     signal: str
     value: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if np.ndim(as_numbers(self.value, "value")):
+            raise ArgumentError("value", repr(self.value), "a number, NaN and infinity among them")
 
     def check(self, measured: Signals, inputs: Signals) -> None:
         """Raise for an unknown signal."""
@@ -52,6 +59,10 @@ class Offset(Fault):
     signal: str
     by: float
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        finite_number(self.by, "by")
+
     def check(self, measured: Signals, inputs: Signals) -> None:
         """Raise for an unknown signal."""
         measured.index(self.signal, "signal")
@@ -74,6 +85,10 @@ class _Some(Fault):
     """
 
     signals: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        as_names(self.signals, "signals")
 
     def check(self, measured: Signals, inputs: Signals) -> None:
         """Raise for an unknown signal."""
@@ -128,6 +143,10 @@ class LateMeasurement(_Some):
     """
 
     by: int = 1
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        whole_number(self.by, "by", 1)
 
     def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
         """An old measurement; NaN before the first has arrived."""

@@ -7,7 +7,9 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rumo.checks import whole_number
+import numpy as np
+
+from rumo.checks import as_mapping, finite_number, whole_number
 from rumo.controllers import Controller
 from rumo.errors import ArgumentError
 from rumo.signals import Signals
@@ -64,11 +66,24 @@ class Misinformed(Fault):
 
     applied: Mapping[str, float]
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, value in as_mapping(self.applied, "applied").items():
+            finite_number(value, f"applied[{name!r}]")
+
     def check(self, measured: Signals, inputs: Signals) -> None:
         """Raise for unknown inputs, and missing ones."""
-        inputs.finite_vector(dict(self.applied), "applied")
+        inputs.vector(self.applied, "applied")
 
     def around(self, controller: Controller) -> AbstractContextManager[object]:
-        """Tell the controller before its step."""
-        controller.applied = self.applied
-        return super().around(controller)
+        """Tell the controller before its step; afterwards it knows again what was decided, its command included."""
+        return _misinformed(controller, self.applied)
+
+
+@contextmanager
+def _misinformed(controller: Controller, applied: Mapping[str, float]) -> Generator[None, None, None]:
+    decided = controller.applied
+    controller.applied = applied
+    yield
+    if len(decided) > 1:
+        controller.applied = np.vstack([decided[1:], controller.applied[-1:]])

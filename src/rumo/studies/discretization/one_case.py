@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rumo.controllers import RealTimeIteration
+from rumo.controllers.rti import requested
 from rumo.discretization import Radau2
 from rumo.discretization.stability import eigenvalues, stable_step
 from rumo.errors import ArgumentError
@@ -123,6 +124,8 @@ class CaseRun:
         ArgumentError
             If "auto" is a backend without a clock of its own, by `RUMO_BACKEND`.
         """
+        if requested(self.backend) == "reference":
+            raise ArgumentError("backend", "'reference'", "tailored or portable", "Unset RUMO_BACKEND, or choose one.")
         case = CASES[self.name]()
         solution = ReferenceSolution(case)
         rates: Any = np.concatenate([solution.rates.ravel(), _planned_rates(case)])
@@ -136,9 +139,6 @@ class CaseRun:
             discretization = DISCRETIZATIONS[scheme](max(1, int(np.ceil(step / steps[scheme]))))
             problem = case.problem(step)
             controller = RealTimeIteration(problem, discretization, backend=self.backend)
-            if controller.backend == "reference":
-                cure = "Unset RUMO_BACKEND, or choose one."
-                raise ArgumentError("backend", repr(controller.backend), "tailored or portable", cure)
             logs.append(_closed_loop(case, controller))
             controllers.append(controller)
             recordings.append(recorded(problem, logs[-1], case.reference))

@@ -27,7 +27,7 @@ BEGIN, LENGTH = 0.3, 1.0
 """Phase at the beginning [rad], and length of what is integrated [s]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ModeResult:
     """What became of one mode.
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rumo.report.contents import Report, Section
+from rumo.report.contents import Section
 from rumo.studies.discretization.charts import discretization_figures
-from rumo.studies.discretization.summary import summary
 from rumo.studies.discretization.tables import (
     FORGOTTEN,
     cheapest_table,
@@ -15,9 +14,6 @@ from rumo.studies.discretization.tables import (
     outcome_table,
     properties_table,
 )
-
-if TYPE_CHECKING:
-    from rumo.studies.discretization.study import DiscretizationStudy
 
 CHEAPEST = (
     "Error of the predicted outputs over the horizon, against CVODES, as a share of their range; time of preparation "
@@ -31,11 +27,9 @@ STABILITY = (
 ORDER = "One state that follows a sine: as slow as the sine, and a million times faster (Prothero and Robinson, 1974)."
 
 
-def report(study: DiscretizationStudy, results: Mapping[str, Any]) -> Report:
-    """The study's report, from what came of one mode and of each case."""
-    content = summary(study, results)
-    backends = {case["backend"] for case in content["cases"].values()} or {study.backend}
-    sections = [
+def sections(content: Mapping[str, Any]) -> list[Section]:
+    """What is shown of a summary."""
+    return [
         Section("The cheapest step for an accuracy", [CHEAPEST, cheapest_table(content)], brief=True),
         Section("What the figures say", findings(content), brief=True),
         Section("Stability", [STABILITY, properties_table(content)]),
@@ -43,8 +37,6 @@ def report(study: DiscretizationStudy, results: Mapping[str, Any]) -> Report:
         Section("Figures", discretization_figures(content)),
         *(Section(case["title"], [outcome_table(case, content["schemes"])]) for case in content["cases"].values()),
     ]
-    lead = f"Discretisation schemes in the real-time iteration ({', '.join(backends)} backend), on stiff systems."
-    return Report("Which discretisation?", lead, content, sections)
 
 
 def find(case: Mapping[str, Any], scheme: str, step: float) -> Mapping[str, Any] | None:

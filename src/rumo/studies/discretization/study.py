@@ -9,10 +9,13 @@ from typing import Any
 from rumo.checks import known_names
 from rumo.registry import DISCRETIZATIONS
 from rumo.report.contents import Report
+from rumo.report.machine import machine
 from rumo.studies.base import Key, Run, Study
 from rumo.studies.discretization.cases import CASES
 from rumo.studies.discretization.one_case import CaseRun
-from rumo.studies.discretization.one_mode import ONE_MODE, ModeRun
+from rumo.studies.discretization.one_mode import INTERVALS, ONE_MODE, PRODUCTS, ModeRun
+from rumo.studies.discretization.report import sections
+from rumo.studies.discretization.summary import case_outcome, scheme_outcomes
 
 BACKENDS = ("auto", "tailored", "portable")
 
@@ -50,8 +53,20 @@ class DiscretizationStudy(Study):
         cases: dict[Key, Run] = {(name,): CaseRun(name, self.schemes, self.backend) for name in self.cases}
         return {(ONE_MODE,): ModeRun(self.schemes), **cases}
 
+    def summary(self, results: Mapping[str, Any]) -> dict[str, Any]:
+        """What became of one mode, and of each case."""
+        return {
+            "study": "discretization",
+            "machine": machine(),
+            "schemes": scheme_outcomes(self.schemes, results.get(ONE_MODE)),
+            "abs_r_at": PRODUCTS.tolist(),
+            "following_intervals": list(INTERVALS),
+            "cases": {name: case_outcome(results[name]) for name in self.cases if name in results},
+        }
+
     def report(self, results: Mapping[str, Any]) -> Report:
         """Which scheme predicts how well, at what cost."""
-        from rumo.studies.discretization.report import report
-
-        return report(self, results)
+        content = self.summary(results)
+        backends = {case["backend"] for case in content["cases"].values()} or {self.backend}
+        lead = f"Discretisation schemes in the real-time iteration ({', '.join(backends)} backend), on stiff systems."
+        return Report("Which discretisation?", lead, content, sections(content))

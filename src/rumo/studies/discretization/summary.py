@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from rumo.registry import DISCRETIZATIONS
-from rumo.report.machine import machine
 from rumo.signals import Array
 from rumo.studies.discretization.one_case import CaseResult, Outcome
-from rumo.studies.discretization.one_mode import INTERVALS, ONE_MODE, PRODUCTS, ModeResult
-
-if TYPE_CHECKING:
-    from rumo.studies.discretization.study import DiscretizationStudy
+from rumo.studies.discretization.one_mode import INTERVALS, PRODUCTS, ModeResult
 
 LABELS = {
     "implicit-euler": "Implicit Euler",
@@ -34,21 +30,13 @@ ROUNDING = 1e-15
 """Errors below are not shown."""
 
 
-def summary(study: DiscretizationStudy, results: Mapping[str, Any]) -> dict[str, Any]:
-    """Content of `summary.json`; None stands for what is not finite.
+def scheme_outcomes(schemes: Sequence[str], mode: ModeResult | None) -> dict[str, Any]:
+    """What each scheme declares, and what it makes of one mode; nothing if that is not known.
 
-    `abs_r` is |R(z)| at the z of `abs_r_at`; `following_error` and `observed_order` are those of the model of Prothero
+    `abs_r` is |R(z)| at the z of `PRODUCTS`; `following_error` and `observed_order` are those of the model of Prothero
     and Robinson, by its rate.
     """
-    mode: ModeResult | None = results.get(ONE_MODE)
-    return {
-        "study": "discretization",
-        "machine": machine(),
-        "schemes": {} if mode is None else {name: _scheme(name, mode) for name in study.schemes},
-        "abs_r_at": PRODUCTS.tolist(),
-        "following_intervals": list(INTERVALS),
-        "cases": {name: _case(results[name]) for name in study.cases if name in results},
-    }
+    return {} if mode is None else {name: _scheme(name, mode) for name in schemes}
 
 
 def _scheme(name: str, mode: ModeResult) -> dict[str, Any]:
@@ -73,7 +61,8 @@ def _order(errors: Array) -> float:
     return float(-np.polyfit(np.log(np.array(INTERVALS)[seen]), np.log(errors[seen]), 1)[0])
 
 
-def _case(result: CaseResult) -> dict[str, Any]:
+def case_outcome(result: CaseResult) -> dict[str, Any]:
+    """What became of a case; None stands for what is not finite."""
     return {
         "title": result.case.title,
         "backend": result.backend,

@@ -6,13 +6,14 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from rumo.report.charts import REFERENCE, Line, Look, Panels, label, look
-from rumo.report.contents import Report, Section
-from rumo.report.kpis import tracking_error
+from rumo.report.charts import REFERENCE, Line, Look, Panels
+from rumo.report.contents import Section
 from rumo.report.tables import Table, counts, number
 from rumo.simulation.log import signal
 from rumo.status import Status
-from rumo.studies.faults.study import FAULTS, Drive, FaultStudy
+from rumo.studies.faults.troubles import FAULTS, Drive
+from rumo.studies.kpis import tracking_error
+from rumo.studies.looks import label, look
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,45 +22,12 @@ AROUND = (0.4, 1.6)
 """What figures show before the first bad sample and after the last [s]."""
 
 
-def report(study: FaultStudy, drives: Mapping[str, Mapping[str, Drive]]) -> Report:
-    """The study's report, from the drives by controller and fault."""
-    content = summary(study, drives)
-    lead = (
-        f"A car follows a sine path at {study.base.path.speed:g} m/s in wind, with noisy, unfiltered measurements; "
-        f"after {study.start:g} s come {study.count} bad samples. Seed {study.seed}, "
-        f"{'without' if study.gate is None else 'with'} the innovation gate."
-    )
+def sections(content: Mapping[str, Any], drives: Mapping[str, Mapping[str, Drive]]) -> list[Section]:
+    """What is shown of a summary, and of the drives by controller and fault."""
     tables = [
         Section(label(name), [faults_table(outcomes)], brief=True) for name, outcomes in content["controllers"].items()
     ]
-    return Report("Faults", lead, content, [*tables, Section("Figures", fault_panels(drives))])
-
-
-def summary(study: FaultStudy, drives: Mapping[str, Mapping[str, Drive]]) -> dict[str, Any]:
-    """Content of `summary.json`.
-
-    Parameters
-    ----------
-    study : FaultStudy
-        What was asked for.
-    drives : mapping of str to mapping of str to Drive
-        What came of it, by controller and fault.
-    """
-    problem = study.base.problem()
-    return {
-        "study": "faults",
-        "seed": study.seed,
-        "sampling_time_s": problem.sampling_time,
-        "horizon": problem.horizon,
-        "duration_s": study.duration,
-        "first_bad_sample": study.bad.start,
-        "bad_samples": study.count,
-        "gate": None if study.gate is None else {"width": study.gate.width, "patience": study.gate.patience},
-        "controllers": {
-            name: {fault: {"title": FAULTS[fault].title, **outcome(drive)} for fault, drive in by_fault.items()}
-            for name, by_fault in drives.items()
-        },
-    }
+    return [*tables, Section("Figures", fault_panels(drives))]
 
 
 def outcome(drive: Drive) -> dict[str, Any]:
@@ -78,6 +46,7 @@ def outcome(drive: Drive) -> dict[str, Any]:
         nothing = dict.fromkeys(("bad_commands", "largest_error_m", "samples_to_recover"))
         return nothing | exceptions | {"status_counts": {}}
     first, end = _bad(log)
+    errors = tracking_error(log)[first:]
     commands = log["commanded"].to_numpy()
     within = (commands >= log["input_lower"].to_numpy()) & (commands <= log["input_upper"].to_numpy())
     statuses = [str(status) for status in log["status"].to_numpy()]
@@ -85,7 +54,7 @@ def outcome(drive: Drive) -> dict[str, Any]:
     recovery = unsolved[-1] + 2 if unsolved else 1
     return {
         "bad_commands": int((~within.all(axis=1)).sum()),
-        "largest_error_m": float(tracking_error(log)[first:].max(initial=0.0)),
+        "largest_error_m": float(errors.max()) if errors.size else None,
         "samples_to_recover": recovery if recovery <= len(statuses) - end else None,
         **exceptions,
         "status_counts": dict(Counter(statuses)),
@@ -120,7 +89,7 @@ def fault_panels(drives: Mapping[str, Mapping[str, Drive]]) -> list[Panels]:
             continue
         first = next(iter(shown.values()))
         dt = float(first.attrs["sampling_time_s"])
-        shaded = (dt * _bad(first)[0], dt * _bad(first)[1])
+        shaded = (dt * _bad(first)[0], dt * _bad(first)[1], "Bad samples")
 
         def lines(log: xr.Dataset, of: str, undisturbed: xr.Dataset | None = undisturbed, name: str = name) -> Any:
             own = Look(look(name).color, "solid", 1.8)

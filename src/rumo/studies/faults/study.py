@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from rumo.checks import known_names, whole_number
 from rumo.controllers import Controller, InnovationGate
 from rumo.controllers.settings import WIDE_GATE
-from rumo.errors import ArgumentError, PlantError
+from rumo.errors import ArgumentError
+from rumo.interrupts import Interrupted
 from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
 from rumo.report.contents import Report
 from rumo.simulation import Scenario
-from rumo.simulation.faults import Budget, Fault, Frozen, Misinformed, Missing, Offset, Reading
 from rumo.studies.base import Key, Run, Study, shared_controller
+from rumo.studies.faults.report import outcome, sections
+from rumo.studies.faults.troubles import FAULTS, Drive, Trouble
 from rumo.studies.paper import CLOSE_WEIGHTS, SAMPLING_TIME, PaperStudy
 
 if TYPE_CHECKING:
@@ -25,58 +27,6 @@ if TYPE_CHECKING:
 
 BASE = PaperStudy(weights=CLOSE_WEIGHTS, estimator=None, initial_error=0.0)
 """The drive that is disturbed: the paper's path, wind and noise, but raw measurements and a start on the path."""
-
-ABSURD_STEERING = 100.0
-"""A steering rate [rad/s] that no later input can make up for within the hard bounds of the steering angle."""
-
-
-NEVER = range(0)
-
-
-@dataclass(frozen=True)
-class Trouble:
-    """What goes wrong during the bad samples.
-
-    Attributes
-    ----------
-    title : str
-        In words.
-    fault : Fault or None
-        At whatever samples.
-    """
-
-    title: str
-    fault: Fault | None = None
-
-
-FAULTS: dict[str, Trouble] = {
-    "none": Trouble("No fault"),
-    "nan": Trouble("NaN in a state", Reading(NEVER, "psi", np.nan)),
-    "infinite": Trouble("Infinite speed", Reading(NEVER, "v_x", np.inf)),
-    "jump": Trouble("Position off by 100 m", Offset(NEVER, "p_y", 100.0)),
-    "spin": Trouble("Yaw rate 50 rad/s", Reading(NEVER, "omega", 50.0)),
-    "frozen": Trouble("Frozen measurements", Frozen(NEVER)),
-    "missing": Trouble("No measurement", Missing(NEVER)),
-    "failure": Trouble("Solver fails", Misinformed(NEVER, {"torque": 0.0, "steering_rate": ABSURD_STEERING})),
-    "budget": Trouble("Budget of 0 iterations", Budget(NEVER)),
-}
-"""What can go wrong, by name; the first is the undisturbed drive."""
-
-
-@dataclass(frozen=True)
-class Drive:
-    """A drive through a fault.
-
-    Attributes
-    ----------
-    log : Dataset or None
-        None if the controller raised. Its attributes `first_bad_sample` and `bad_samples` say when the fault was.
-    exception : str or None
-        What was raised, if anything was.
-    """
-
-    log: xr.Dataset | None
-    exception: str | None = None
 
 
 @dataclass(frozen=True)
@@ -147,11 +97,33 @@ class FaultStudy(Study):
 
         return {(name, fault): drive(name, FAULTS[fault]) for name in self.controllers for fault in self.faults}
 
-    def report(self, results: Mapping[str, Mapping[str, Drive]]) -> Report:
+    def summary(self, results: Mapping[str, Mapping[str, Drive]]) -> dict[str, Any]:
         """What became of the drives, by controller and fault."""
-        from rumo.studies.faults.report import report
+        problem = self.base.problem()
+        return {
+            "study": "faults",
+            "seed": self.seed,
+            "sampling_time_s": problem.sampling_time,
+            "horizon": problem.horizon,
+            "duration_s": self.duration,
+            "first_bad_sample": self.bad.start,
+            "bad_samples": self.count,
+            "gate": None if self.gate is None else {"width": self.gate.width, "patience": self.gate.patience},
+            "controllers": {
+                name: {fault: {"title": FAULTS[fault].title, **outcome(drive)} for fault, drive in by_fault.items()}
+                for name, by_fault in results.items()
+            },
+        }
 
-        return report(self, results)
+    def report(self, results: Mapping[str, Mapping[str, Drive]]) -> Report:
+        """The summary, as a table for each controller, and the drives around the bad samples."""
+        content = self.summary(results)
+        lead = (
+            f"A car follows a sine path at {self.base.path.speed:g} m/s in wind, with noisy, unfiltered measurements; "
+            f"after {self.start:g} s come {self.count} bad samples. Seed {self.seed}, "
+            f"{'without' if self.gate is None else 'with'} the innovation gate."
+        )
+        return Report("Faults", lead, content, sections(content, results))
 
 
 @dataclass(frozen=True)
@@ -181,13 +153,15 @@ class FaultRun:
         try:
             controller = shared_controller(_controller, self.scenario.controller, self.scenario.problem, self.gate)
             log = self.scenario.run(controller, progress)
-        except PlantError as error:
-            log, exception = error.log, f"PlantError: {error}"
+        except Interrupted as interrupt:
+            interrupt.log = self._named(interrupt.log)
+            raise
         except Exception as error:
-            log, exception = None, f"{type(error).__name__}: {error}"
-        if log is not None:
-            log = log.assign_attrs(fault=self.title, first_bad_sample=self.bad.start, bad_samples=len(self.bad))
-        return Drive(log, exception)
+            log, exception = getattr(error, "log", None), f"{type(error).__name__}: {error}"
+        return Drive(None if log is None else self._named(log), exception)
+
+    def _named(self, log: xr.Dataset) -> xr.Dataset:
+        return log.assign_attrs(fault=self.title, first_bad_sample=self.bad.start, bad_samples=len(self.bad))
 
 
 def _controller(name: str, problem: Problem, gate: InnovationGate | None) -> Controller:

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rumo.report.charts import LIMIT, REFERENCE, Line, Look, Panels, label, look
-from rumo.report.kpis import tracking_error
+from rumo.report.charts import LIMIT, REFERENCE, Line, Look, Panels
 from rumo.simulation.log import signal
+from rumo.studies.kpis import tracking_error
 from rumo.studies.linearization.summary import FAR, Logs, at_values, cost_ratios, lost_at, quantity
+from rumo.studies.looks import label, look
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -3,32 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from rumo.report.charts import label
-from rumo.report.contents import Report, Section
+from rumo.report.contents import Section
 from rumo.report.tables import Table, number
 from rumo.studies.linearization.charts import linearization_panels
-from rumo.studies.linearization.summary import Logs, at_values, cost_ratios, lost_at, quantity, summary
-
-if TYPE_CHECKING:
-    from rumo.studies.linearization.study import LinearizationStudy
+from rumo.studies.linearization.summary import Logs, at_values, cost_ratios, lost_at, quantity
+from rumo.studies.looks import label
 
 
-def report(study: LinearizationStudy, logs: Logs) -> Report:
-    """The study's report, from the logs by sweep, value and controller."""
-    content = summary(study, logs)
-    sections = [
+def sections(content: Mapping[str, Any], logs: Logs) -> list[Section]:
+    """What is shown of a summary, and of the logs by sweep, value and controller."""
+    return [
         Section(
             "Who is lost where, and what the others cost", [overview_table(content), *findings(content)], brief=True
         ),
         Section("Figures", linearization_panels(content, logs) if content["sweeps"] else []),
         *(Section(quantity(sweep), [sweep_table(sweep)]) for sweep in content["sweeps"].values()),
     ]
-    lead = f"A car on a sine path that gets harder to drive; {study.duration:g} s a drive, seed {study.seed}."
-    return Report("Where to linearise", lead, content, sections)
 
 
 def findings(content: Mapping[str, Any]) -> list[str]:

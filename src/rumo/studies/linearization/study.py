@@ -4,50 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rumo.checks import as_list, as_mapping, known_names, non_negative_number, positive_number, whole_number
+from rumo.checks import as_list, as_mapping, known_names, whole_number
 from rumo.controllers import Controller, DirectNlp, RealTimeIteration
 from rumo.controllers.engines.base import Candidate
 from rumo.controllers.engines.ipopt import Ipopt
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.errors import ArgumentError, PlantError
-from rumo.estimation import Estimator
 from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
 from rumo.report.contents import Report
 from rumo.signals import Array
-from rumo.simulation import Constant, Scenario
+from rumo.simulation import Scenario
 from rumo.studies.base import Key, Run, Study, shared_controller
-from rumo.studies.paper import CLOSE_WEIGHTS, FILTER, NOISE, PaperStudy
+from rumo.studies.linearization.report import sections
+from rumo.studies.linearization.summary import Logs, sweep_outcomes
+from rumo.studies.linearization.sweeps import BASE, SWEEPS, Drive
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-@dataclass(frozen=True)
-class Drive(PaperStudy):
-    """The case study with a car that may point away from its path at first.
-
-    Parameters
-    ----------
-    heading_error : float
-        Angle from the path's tangent to the car at the start [rad].
-    """
-
-    heading_error: float = 0.0
-
-    def initial_state(self) -> dict[str, float]:
-        """Plant state at the start, driving straight ahead without slip."""
-        state = super().initial_state()
-        return state | {"psi": state["psi"] + self.heading_error}
-
-
-BASE = Drive(weights=CLOSE_WEIGHTS, estimator=None, noise={}, wind=Constant(0.0), initial_error=0.0)
-"""The drive that is made harder: the paper's path and car, but exact measurements, no wind, a start on the path."""
 
 
 class _StartedIpopt(Ipopt):
@@ -75,95 +53,6 @@ class StartedNlp(DirectNlp):
     """The direct NLP, with such a start."""
 
     _method = _StartedIpopt
-
-
-@dataclass(frozen=True)
-class Sweep:
-    """One thing that grows from drive to drive.
-
-    Attributes
-    ----------
-    title, unit : str
-        What grows, and its unit.
-    values : tuple of float
-        By default.
-    drive : callable
-        (base, value) -> the drive.
-    check : callable
-        (value, argument) -> value; raises for a value that cannot be driven.
-    """
-
-    title: str
-    unit: str
-    values: tuple[float, ...]
-    drive: Callable[[Drive, float], Drive]
-    check: Callable[[object, str], float] = non_negative_number
-
-
-def _with_initial_error(base: Drive, error: float) -> Drive:
-    return replace(base, initial_error=error)
-
-
-def _with_heading(base: Drive, error: float) -> Drive:
-    return replace(base, heading_error=error)
-
-
-def _with_speed(base: Drive, speed: float) -> Drive:
-    return replace(base, path=replace(base.path, speed=speed))
-
-
-def _with_curvature(base: Drive, curvature: float) -> Drive:
-    # A sine path bends most at its crests, by a (2 pi / w)^2.
-    wavelength = 2.0 * np.pi * np.sqrt(base.path.amplitude / curvature)
-    return replace(base, path=replace(base.path, wavelength=wavelength))
-
-
-def _with_noise(base: Drive, scale: float, estimator: Estimator | None) -> Drive:
-    noise = {name: scale * deviation for name, deviation in NOISE.items()}
-    return replace(base, noise=noise, estimator=estimator, path=replace(base.path, speed=12.0))
-
-
-SWEEPS: dict[str, Sweep] = {
-    "initial_error": Sweep(
-        "Initial distance from the path",
-        "m",
-        (0.0, 1.0, 2.0, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0),
-        _with_initial_error,
-    ),
-    "heading": Sweep(
-        "Initial heading error",
-        "rad",
-        (0.0, 0.2, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4),
-        _with_heading,
-    ),
-    "curvature": Sweep(
-        "Peak curvature of the path",
-        "1/m",
-        (0.03, 0.06, 0.09, 0.12, 0.15, 0.18, 0.21, 0.24, 0.27),
-        _with_curvature,
-        positive_number,
-    ),
-    "speed": Sweep(
-        "Speed",
-        "m/s",
-        (4.0, 8.0, 12.0, 14.0, 16.0, 17.0, 18.0, 19.0, 20.0, 22.0),
-        _with_speed,
-        positive_number,
-    ),
-    "noise": Sweep(
-        "Filtered noise over the paper's",
-        "1",
-        (0.0, 0.5, 1.0, 1.5, 2.0, 3.0),
-        partial(_with_noise, estimator=FILTER),
-    ),
-    "raw_noise": Sweep(
-        "Raw noise over the paper's",
-        "1",
-        (0.0, 0.5, 1.0, 1.5, 2.0, 3.0),
-        partial(_with_noise, estimator=None),
-    ),
-}
-"""What can grow, by name. Noise is driven at 12 m/s, all else but speed at the speed of the base, 8 m/s."""
 
 
 @dataclass(frozen=True)
@@ -206,7 +95,7 @@ class LinearizationStudy(Study):
             for value in as_list(values, argument, "at least one value"):
                 if not np.isfinite(SWEEPS[name].check(value, argument)):
                     raise ArgumentError(argument, repr(value), "a finite number")
-        whole_number(self.seed, "seed", 0)
+        whole_number(self.seed, "seed", 0, most=np.inf)
         sample = self.base.sampling_time
         if not 2.0 * sample <= self.duration < np.inf:
             raise ArgumentError("duration", f"{self.duration:g} s", f"at least two samples of {sample:g} s")
@@ -231,11 +120,23 @@ class LinearizationStudy(Study):
             for name in self.controllers
         }
 
-    def report(self, results: Mapping[str, Mapping[float, Mapping[str, xr.Dataset]]]) -> Report:
-        """Who is lost where, and what the others cost; `results` are logs by sweep, value and controller."""
-        from rumo.studies.linearization.report import report
+    def summary(self, results: Logs) -> dict[str, Any]:
+        """What became of the drives; a value is left out where a controller has not driven it."""
+        problem, steps = self.base.problem(), round(self.duration / self.base.sampling_time)
+        return {
+            "study": "linearization",
+            "seed": self.seed,
+            "sampling_time_s": problem.sampling_time,
+            "horizon": problem.horizon,
+            "duration_s": self.duration,
+            "sweeps": sweep_outcomes(self.controllers, problem, steps, results),
+        }
 
-        return report(self, results)
+    def report(self, results: Logs) -> Report:
+        """Who is lost where, and what the others cost."""
+        content = self.summary(results)
+        lead = f"A car on a sine path that gets harder to drive; {self.duration:g} s a drive, seed {self.seed}."
+        return Report("Where to linearise", lead, content, sections(content, results))
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rumo.problem import Problem
-from rumo.report.kpis import SETTLED, driving_kpis, tracking_error
 from rumo.signals import Array
 from rumo.simulation.log import signal
 from rumo.status import Status
-from rumo.studies.linearization.study import SWEEPS, LinearizationStudy
+from rumo.studies.kpis import SETTLED, driving_kpis, tracking_error
+from rumo.studies.linearization.sweeps import SWEEPS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,36 +26,23 @@ Logs = Mapping[str, Mapping[float, Mapping[str, "xr.Dataset"]]]
 """By sweep, value and controller."""
 
 
-def summary(study: LinearizationStudy, logs: Logs) -> dict[str, Any]:
-    """Content of `summary.json`.
+def sweep_outcomes(controllers: Sequence[str], problem: Problem, steps: int, logs: Logs) -> dict[str, Any]:
+    """What became of each sweep, from the drives of some controllers that solved a problem.
 
-    Parameters
-    ----------
-    study : LinearizationStudy
-        What was asked for.
-    logs : mapping of str to mapping of float to mapping of str to Dataset
-        What came of it, by sweep, value and controller. A value is left out where a controller has none.
+    A value is left out where a controller has none; `steps` is the number of samples of a whole drive.
     """
-    problem, steps = study.base.problem(), round(study.duration / study.base.sampling_time)
     sweeps: dict[str, Any] = {}
     for sweep, by_value in logs.items():
-        whole = {value: by_name for value, by_name in by_value.items() if len(by_name) == len(study.controllers)}
+        whole = {value: by_name for value, by_name in by_value.items() if len(by_name) == len(controllers)}
         if not whole:
             continue
-        runs = {name: [outcome(logs[name], problem, steps) for logs in whole.values()] for name in study.controllers}
+        runs = {name: [outcome(logs[name], problem, steps) for logs in whole.values()] for name in controllers}
         for each in runs.values():
             for i, run in enumerate(each):
                 run["cost_over_nlp"] = run["cost"] / runs["nlp"][i]["cost"] if "nlp" in runs else None
         about = {"title": SWEEPS[sweep].title, "unit": SWEEPS[sweep].unit, "values": list(whole)}
         sweeps[sweep] = about | {"controllers": runs}
-    return {
-        "study": "linearization",
-        "seed": study.seed,
-        "sampling_time_s": problem.sampling_time,
-        "horizon": problem.horizon,
-        "duration_s": study.duration,
-        "sweeps": sweeps,
-    }
+    return sweeps
 
 
 def outcome(log: xr.Dataset, problem: Problem, steps: int) -> dict[str, Any]:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rumo.report.charts import LIMIT, NEUTRAL, REFERENCE, Chart, Line, Panels, label, look
-from rumo.report.kpis import tracking_error
+from rumo.report.charts import LIMIT, NEUTRAL, REFERENCE, Chart, Line, Panels
 from rumo.signals import Array
 from rumo.simulation.log import signal
+from rumo.studies.kpis import tracking_error
+from rumo.studies.looks import label, look
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,7 +67,7 @@ def _trajectory(key: str, title: str, logs: Mapping[str, xr.Dataset], until: flo
 
 def _input(name: str, title: str, unit: str, logs: Mapping[str, xr.Dataset]) -> Chart:
     first = next(iter(logs.values()))
-    limits = first[["input_lower", "input_upper"]].sel(input=name)
+    limits = first[["input_lower", "input_upper"]].sel(input=name).isel(time=0)
     lower, upper = float(limits["input_lower"]), float(limits["input_upper"])
     lines = [
         Line(label(key), log["time"].to_numpy(), signal(log, "applied", name), look(key), steps=True)

@@ -5,53 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rumo.report.charts import label
-from rumo.report.contents import Report, Section
-from rumo.report.kpis import driving_kpis
+from rumo.report.contents import Section
 from rumo.report.tables import Table, number
+from rumo.studies.looks import label
 from rumo.studies.paper.charts import paper_charts
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rumo.studies.paper.study import PaperStudy
 
-
-def report(study: PaperStudy, logs: Mapping[str, xr.Dataset]) -> Report:
-    """The study's report, from the logs by controller name."""
-    content = summary(study, logs)
-    lead = (
-        f"A car follows a sine path at {study.path.speed:g} m/s for {study.duration:g} s in wind, with noisy, "
-        f"filtered measurements; horizon {study.horizon}, sampling period {1e3 * study.sampling_time:g} ms, "
-        f"seed {study.seed}."
-    )
-    sections = [
+def sections(content: Mapping[str, Any], logs: Mapping[str, xr.Dataset]) -> list[Section]:
+    """What is shown of a summary, and of the logs by controller name."""
+    return [
         Section("How it drives", [controllers_table(content["controllers"])], brief=True),
         Section("The paper's claims", [claims_table(content["claims"])], brief=True),
         Section("Figures", paper_charts(logs) if logs else []),
     ]
-    return Report("The paper's case study", lead, content, sections)
-
-
-def summary(study: PaperStudy, logs: Mapping[str, xr.Dataset]) -> dict[str, Any]:
-    """Content of `summary.json`.
-
-    Parameters
-    ----------
-    study : PaperStudy
-        What was asked for.
-    logs : mapping of str to xarray.Dataset
-        What came of it, by controller name.
-    """
-    controllers = {name: driving_kpis(log) for name, log in logs.items()}
-    return {
-        "study": "paper",
-        "seed": study.seed,
-        "sampling_time_s": study.sampling_time,
-        "horizon": study.horizon,
-        "controllers": controllers,
-        "claims": claims(controllers, {name: log.sizes["time"] for name, log in logs.items()}),
-    }
 
 
 def controllers_table(controllers: Mapping[str, Any]) -> Table:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from rumo.registry import CONTROLLERS
 from rumo.report.contents import Report
 from rumo.simulation import Constant, Disturbance, Plant, RandomWalk, Scenario, Sensors
 from rumo.studies.base import Key, Study
+from rumo.studies.kpis import driving_kpis
+from rumo.studies.paper.report import claims, sections
 from rumo.terms import Penalty, Weight
 from rumo.vehicles import PAPER_CAR, AsPrinted, ModifiedDugoff, dynamic_bicycle, four_wheel, friction_circles
 from rumo.vehicles.chassis import BODY_STATES
@@ -180,11 +182,27 @@ class PaperStudy(Study):
         problem, plant = self.problem(), self.plant()
         return {(name,): self.scenario(name, problem, plant) for name in self.controllers}
 
-    def report(self, results: Mapping[str, xr.Dataset]) -> Report:
+    def summary(self, results: Mapping[str, xr.Dataset]) -> dict[str, Any]:
         """How each controller drives, and the paper's claims; `results` are logs by controller name."""
-        from rumo.studies.paper.report import report
+        controllers = {name: driving_kpis(log) for name, log in results.items()}
+        return {
+            "study": "paper",
+            "seed": self.seed,
+            "sampling_time_s": self.sampling_time,
+            "horizon": self.horizon,
+            "controllers": controllers,
+            "claims": claims(controllers, {name: log.sizes["time"] for name, log in results.items()}),
+        }
 
-        return report(self, results)
+    def report(self, results: Mapping[str, xr.Dataset]) -> Report:
+        """The summary, as tables, and the paper's figures."""
+        content = self.summary(results)
+        lead = (
+            f"A car follows a sine path at {self.path.speed:g} m/s for {self.duration:g} s in wind, with noisy, "
+            f"filtered measurements; horizon {self.horizon}, sampling period {1e3 * self.sampling_time:g} ms, "
+            f"seed {self.seed}."
+        )
+        return Report("The paper's case study", lead, content, sections(content, results))
 
     def plant(self) -> Plant:
         """The car that is driven."""

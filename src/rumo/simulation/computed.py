@@ -1,0 +1,46 @@
+"""What a log says of a run beyond what was recorded: outputs, constraints, and the limits of each sample."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from rumo.numbers import ProblemNumbers
+from rumo.problem import Problem
+from rumo.signals import Array
+
+
+def outputs_and_constraints(problem: Problem) -> ca.Function:
+    """`(x, u, p) -> y, G`: tracked outputs, and path constraints without their limits.
+
+    NaN where they depend on algebraic variables.
+    """
+    model = problem.model
+    expressions = [item.expression for item in problem.constraints]
+    rows = [ca.vertcat(*problem.output_rows), ca.vertcat(ca.SX(0, 1), *expressions)]
+    if len(model.algebraic):
+        unknown = ca.SX(ca.DM.nan(len(model.algebraic)))
+        rows = [ca.substitute(row, model.z, unknown) for row in rows]
+    return ca.Function("now", [model.x, model.u, model.p], rows)
+
+
+def limits_at(problem: Problem, numbers: Sequence[ProblemNumbers]) -> dict[str, tuple[Array, Array]]:
+    """Lower and upper bounds with the numbers of each sample: of the input that is computed, and of the states next.
+
+    Arrays (K, nu) and (K, nx) under "input" and "state", infinite where there is no bound.
+    """
+    model, K = problem.model, len(numbers)
+    shape = K, len(model.inputs)
+    lower, upper = np.full((K, len(model.states)), -np.inf), np.full((K, len(model.states)), np.inf)
+    limits = np.array([now.limits[0] for now in numbers]).reshape(K, len(problem.constraints))
+    for item, limit in zip(problem.constraints, limits.T, strict=True):
+        for i in range(len(model.states)):
+            if ca.is_equal(item.expression, model.x[i]):
+                upper[:, i] = np.minimum(upper[:, i], limit)
+            elif ca.is_equal(item.expression, -model.x[i], 1):
+                lower[:, i] = np.maximum(lower[:, i], -limit)
+    least = np.array([now.input_lower[problem.delay] for now in numbers]).reshape(shape)
+    most = np.array([now.input_upper[problem.delay] for now in numbers]).reshape(shape)
+    return {"input": (least, most), "state": (lower, upper)}
