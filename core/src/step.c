@@ -18,12 +18,6 @@ static void guess_plan(rumo_controller *ctl) {
     copy(ctl->stages.guess_inner, ctl->inner, s->ni * s->lanes);
 }
 
-/* Linearise about the guess; without numbers there, or where the guess has strayed, there is none. */
-static int prepare_guess(rumo_controller *ctl) {
-    ctl->guard.has_guess = linearize(ctl, !ctl->guard.resting) && keep_guess(&ctl->guard, ctl->straying);
-    return ctl->guard.has_guess;
-}
-
 /* What was wanted at the last sample, one sample later; the end of it stays. */
 static void expect_reference(rumo_controller *ctl) {
     const dims *s = &ctl->s;
@@ -54,7 +48,7 @@ static void prepare(rumo_controller *ctl) {
     const double start = seconds_now();
     ctl->linearize_seconds = NAN;
     if (ctl->guard.has_guess) {
-        (void)prepare_guess(ctl);
+        ctl->guard.has_guess = linearize(ctl, !ctl->guard.resting) && keep_guess(&ctl->guard, ctl->straying);
         ctl->linearize_seconds = ctl->linearized_at - start;
     }
     if (ctl->settings.preparation_iterations > 0) advance_guess(ctl);
@@ -77,7 +71,7 @@ static rumo_status attempt(rumo_controller *ctl, const double *x, const double *
     if (!plausible(&ctl->guard, x, ctl->stages.near_reach)) return RUMO_BAD_MEASUREMENT;
     if (!ctl->guard.has_guess) {
         start_guess(ctl, x);
-        if (!prepare_guess(ctl)) return RUMO_SOLVER_FAILED;
+        if (!linearize(ctl, 0)) return RUMO_SOLVER_FAILED;
     }
     rumo_status status = iterate(ctl, x, reference, plan);
     for (int i = 1; i < ctl->settings.sqp_iterations && is_solved(status); ++i) {

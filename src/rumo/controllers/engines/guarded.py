@@ -169,7 +169,7 @@ class Guarded:
         guess = self._guess
         if guess is None or not self._guard.has_guess:  # what was predicted is wrong
             guess = self._at_rest(x)
-            if not self._keep(guess):
+            if self.method.prepare(guess, self._guard.applied) is None:
                 return None, Status.SOLVER_FAILED
         candidate = self.method.solve(x, window, guess, self._guard.applied)
         if candidate is None:
