@@ -221,6 +221,7 @@ class Draft:
             )
         for names, given, ranges, scaled in columns:
             lost = (given > 0.0) & (given < np.inf) & ~((scaled >= np.finfo(float).tiny) & (scaled < np.inf))
+            lost |= np.isnan(scaled) | ~np.isfinite(ranges)
             for k, j in np.argwhere(lost):
                 raise ArgumentError(
                     names[j],

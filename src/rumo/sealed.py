@@ -4,49 +4,56 @@ from __future__ import annotations
 
 import inspect
 import sys
-from abc import ABCMeta
 from collections.abc import Iterator
-from typing import Any, TypeVar
+from functools import wraps
+from typing import Any
 
 from rumo.errors import FrozenError, UnknownAttributeError
 
-T = TypeVar("T")
 
-
-class _Sealing(ABCMeta):
-    """Seals an instance when its construction is over, whoever wrote `__init__`."""
-
-    def __call__(cls: type[T], *arguments: Any, **named: Any) -> T:
-        made = type.__call__(cls, *arguments, **named)
-        object.__setattr__(made, "_constructed", True)
-        return made
-
-    @property
-    def __signature__(cls) -> inspect.Signature:
-        """That of `__init__`, which `__call__` would hide."""
-        own = inspect.signature(cls.__init__)
-        return own.replace(parameters=list(own.parameters.values())[1:])
-
-
-class Sealed(metaclass=_Sealing):
+class Sealed:
     """A base class whose instances, once constructed, take only attributes that they know.
 
     Known is what any `__init__` has set, what a class of the instance defines or annotates, and whatever begins with an
     underscore. So a subclass declares its attributes as usual; `controller.aplied = 1` raises `UnknownAttributeError`,
-    and `controller.step = 1`, which would hide a method, `FrozenError`.
+    and `controller.step = 1`, which would hide a method of the package, `FrozenError`.
     """
 
-    _constructed = False
+    _constructed = _constructing = False
+
+    def __init_subclass__(cls, **arguments: Any) -> None:
+        super().__init_subclass__(**arguments)
+        own: Any = cls.__init__  # it may be that of another base
+
+        @wraps(own)
+        def init(self: Any, *arguments: Any, **named: Any) -> None:
+            if self._constructing:  # by the __init__ of a subclass, which is not through
+                return own(self, *arguments, **named)
+            object.__setattr__(self, "_constructing", True)
+            try:
+                own(self, *arguments, **named)
+            finally:
+                object.__delattr__(self, "_constructing")
+            object.__setattr__(self, "_constructed", True)
+
+        cls.__init__ = init
 
     def __setattr__(self, name: str, value: Any) -> None:
         if self._constructed and not name.startswith("_"):
-            own = next((vars(kind)[name] for kind in type(self).__mro__ if name in vars(kind)), None)
-            if hasattr(own, "__get__") and not hasattr(own, "__set__"):
+            kind = next((kind for kind in type(self).__mro__ if name in vars(kind)), None)
+            if kind and kind.__module__.startswith("rumo.") and inspect.isroutine(vars(kind)[name]):
                 raise FrozenError(f"{type(self).__name__}.{name} cannot be set. Define another one in a subclass.")
+            if kind and isinstance(own := vars(kind)[name], property) and own.fset is None:
+                raise FrozenError(f"{type(self).__name__}.{name} cannot be set.")
             known = set(self._known())
             if name not in known:
                 raise UnknownAttributeError(type(self).__name__, name, sorted(known))
         super().__setattr__(name, value)
+
+    def __delattr__(self, name: str) -> None:
+        if self._constructed and not name.startswith("_"):
+            raise FrozenError(f"{type(self).__name__}.{name} cannot be deleted.")
+        super().__delattr__(name)
 
     def _known(self) -> Iterator[str]:
         """Public attributes of the instance and its classes."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from inspect import signature
 from threading import RLock
-from typing import Any, Generic
+from typing import Any, Generic, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,12 +17,16 @@ from rumo.controllers.engines.base import Engine
 from rumo.controllers.explanation import Explanation, explain, local_error
 from rumo.controllers.settings import S, changed
 from rumo.errors import ArgumentError, FrozenError, ShapeError
+from rumo.interrupts import interruptible
 from rumo.plan import Plan
 from rumo.problem import Problem
 from rumo.sealed import Sealed
 from rumo.signals import Array, NamedArray, Values
 from rumo.status import Status
 from rumo.transcription import Transcription
+
+CHANGES = tuple(signature(Problem.changed).parameters)[1:]
+"""What `Controller.update` takes."""
 
 
 class Controller(Sealed, Generic[S]):
@@ -46,7 +51,7 @@ class Controller(Sealed, Generic[S]):
         self._transcription = transcription
         self._engine = engine
         self._settings = settings
-        self.reset()
+        engine.reset(decided_inputs(self.problem, None))
 
     @property
     def problem(self) -> Problem:
@@ -89,7 +94,8 @@ class Controller(Sealed, Generic[S]):
         Takes what `Problem.changed` takes, raises what it raises, and then nothing has changed. Guess, plan and counts
         stay; nothing is compiled. What was prepared is prepared again.
         """
-        with self._lock:
+        known_names(changes, "update", CHANGES)
+        with self._lock, interruptible():
             transcription = self._transcription.renumbered(self.problem.changed(**changes))
             self._engine.update(transcription)
             self._transcription = transcription
@@ -209,7 +215,7 @@ class Controller(Sealed, Generic[S]):
         return local_error(plan, self._transcription.discretization)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if self._constructed and hasattr(self._settings, name):
+        if self._constructed and hasattr(self._settings, name) and not hasattr(self, name):
             raise FrozenError(f"{name} is one of the settings: write controller.configure({name}={value!r}).")
         super().__setattr__(name, value)
 
@@ -242,6 +248,9 @@ class Controller(Sealed, Generic[S]):
             arrays.append(array)
         u, x = arrays
         return x, u
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("A controller cannot be copied or pickled. Make another one of its problem and settings.")
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.problem!r})"

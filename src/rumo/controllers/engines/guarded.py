@@ -50,19 +50,19 @@ class Guarded:
     def configure(self, settings: ControllerSettings) -> None:
         """See `Engine.configure`."""
         with self._lock:
+            self.method.configure(settings)  # it may refuse them
             self._guard.configure(core_settings(settings))
             self._integrator_tolerance = getattr(settings, "integrator_tolerance", INTEGRATOR_TOLERANCE)
             self._layout = PlanLayout(self._problem, self._integrator_tolerance)
-            self.method.configure(settings)
 
     def update(self, transcription: Transcription) -> None:
         """See `Engine.update`."""
         with self._lock:
+            self.method.update(transcription)  # it may refuse them
             self._guard.update(limits_of(transcription.problem))
             prepared = self._prepared
             self._take(transcription)
             self._layout = PlanLayout(self._problem, self._integrator_tolerance)
-            self.method.update(transcription)
             if prepared:
                 self.prepare()
 
@@ -100,11 +100,13 @@ class Guarded:
     @property
     def applied(self) -> Array:
         """See `Engine.applied`."""
-        return self._guard.applied
+        with self._lock:
+            return self._guard.applied
 
     @applied.setter
     def applied(self, inputs: Array) -> None:
-        self._guard.applied = inputs
+        with self._lock:
+            self._guard.applied = inputs
 
     @property
     def counts(self) -> Counter[Status]:
