@@ -1,8 +1,12 @@
 """Nonlinear model predictive control of stiff systems, road vehicles first."""
 
 from importlib import import_module
+from importlib.util import find_spec
+from math import inf
+from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
+from rumo.interrupts import interruptible
 from rumo.version import __version__
 
 if TYPE_CHECKING:
@@ -130,18 +134,21 @@ _ROOMS = (
     "simulation",
     "report.show",
 )
-"""Where public names are, which are loaded when they are asked for: help on a command needs no CasADi, a controller
-alone neither SciPy nor a plotting library."""
+"""Where public names are, which are loaded when they are asked for, as modules are: help on a command needs no CasADi,
+a controller alone neither SciPy nor a plotting library."""
 
 
 def __getattr__(name: str) -> Any:
-    if name in __all__:
-        for room in _ROOMS:
-            module = import_module(f"rumo.{room}")
-            if hasattr(module, name):
-                return globals().setdefault(name, getattr(module, name))
+    with interruptible(inf):  # a package that is half imported cannot be imported again
+        if name in __all__:
+            modules = (import_module(f"rumo.{room}") for room in _ROOMS)
+            return globals().setdefault(
+                name, next(getattr(module, name) for module in modules if hasattr(module, name))
+            )
+        if name[0] != "_" and find_spec(f"rumo.{name}"):
+            return import_module(f"rumo.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted({*globals(), *__all__, *(module.name for module in iter_modules(__path__))})

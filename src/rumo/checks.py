@@ -50,11 +50,14 @@ def finite_number(value: object, argument: str) -> float:
 
 
 def as_numbers(value: object, argument: str) -> NDArray[np.floating[Any]]:
-    """`value` as an array of floats."""
+    """`value`, real numbers and no text, as an array of floats."""
     try:
-        return np.asarray(value, dtype=float)
+        array = np.asarray(value)
+        if array.dtype.kind in "biufO":
+            return array.astype(float)
     except (TypeError, ValueError):
-        raise ShapeError(argument, repr(value), "numbers") from None
+        pass
+    raise ShapeError(argument, repr(value), "numbers")
 
 
 def as_list(value: object, argument: str, expected: str) -> list[Any]:

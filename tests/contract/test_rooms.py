@@ -118,10 +118,18 @@ def test_no_module_imports_itself_by_way_of_others():
 
 def test_a_controller_alone_loads_little():
     heavy = ("scipy", "xarray", "matplotlib", "plotly", "rumo.simulation", "rumo.report", "rumo.cli")
-    code = f"import sys, rumo; print([name for name in {heavy} if name in sys.modules])"
+    code = f"import sys, rumo; rumo.RealTimeIteration; print([name for name in {heavy} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
 
 
 def test_every_public_name_is_there():
     for name in rumo.__all__:
         assert getattr(rumo, name) is not None
+
+
+def test_modules_are_there_without_further_imports():
+    code = "import rumo; rumo.interrupts.interruptible, rumo.simulation.save, rumo.vehicles.PAPER_CAR"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stderr == ""
+    assert {"RealTimeIteration", "simulation", "vehicles"} <= set(dir(rumo))
+    with pytest.raises(AttributeError, match="no attribute 'simulatoin'"):
+        rumo.simulatoin  # noqa: B018

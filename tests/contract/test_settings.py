@@ -1,5 +1,7 @@
 """Settings are frozen, checked, changed as a whole, and obeyed from the next call on by every engine."""
 
+import copy
+import pickle
 from dataclasses import FrozenInstanceError, replace
 from threading import Thread
 from time import sleep
@@ -154,6 +156,38 @@ class Counting(rumo.RealTimeIteration):
         return super().step(x, reference)
 
 
+def test_what_a_method_refuses_changes_nothing(monkeypatch):
+    def refuse(*_):
+        raise ValueError("not mine")
+
+    controller = BangBang(pendulum())
+    controller.step([0.0, 0.0], REFERENCE)
+    for name in ("configure", "update"):
+        monkeypatch.setattr(Bang, name, refuse)
+    with pytest.raises(ValueError, match="not mine"):
+        controller.configure(gate=None)
+    with pytest.raises(ValueError, match="not mine"):
+        controller.update(bounds={"torque": (-0.1, 0.1)})
+    assert controller.step([1e6, 0.0], REFERENCE).status is not Status.BAD_MEASUREMENT  # nothing has a reach here
+    assert abs(controller.step([0.0, 0.0], REFERENCE).command["torque"]) == 2.0
+    assert controller.problem.numbers.input_upper.max() == 2.0
+
+
+def test_a_controller_is_not_copied():
+    controller = BangBang(pendulum())
+    for copied in (copy.copy, copy.deepcopy, pickle.dumps):
+        with pytest.raises(TypeError, match="Make another one of its problem and settings"):
+            copied(controller)
+
+
+def test_changes_that_there_are_not_raise_with_a_hint():
+    controller = BangBang(pendulum())
+    with pytest.raises(rumo.UnknownNameError, match="Did you mean 'weights'"):
+        controller.update(weight={"angle": 2.0})
+    with pytest.raises(AttributeError, match=r"BangBang\.problem cannot be set"):
+        controller.problem = pendulum()
+
+
 def test_a_subclass_of_the_real_time_iteration():
     controller = Counting(pendulum())
     assert controller.step([0.0, 0.0], REFERENCE).status is Status.OPTIMAL
@@ -212,6 +246,20 @@ def test_a_plan_has_the_numbers_it_was_made_with_whichever_thread_changes_them()
     assert len({plan.problem.input_upper[0] for plan in plans}) > 5
     used, named = np.array([(plan.command["torque"], plan.problem.input_upper[0]) for plan in plans]).T
     np.testing.assert_allclose(used, named, rtol=1e-9)
+
+
+def test_what_is_applied_is_set_between_steps():
+    controller, applied = rumo.DirectNlp(pendulum()), [[1.2345]]
+    controller.step([0.9, 0.0], REFERENCE)
+
+    def correct():
+        sleep(2e-3)  # within the other's step
+        controller.applied = applied
+
+    for _ in range(3):
+        controller.reset()
+        together(lambda: controller.step([0.9, 0.0], REFERENCE), correct)
+        assert controller.applied.tolist() == applied
 
 
 def test_threads_that_share_a_controller_in_python_wait_for_each_other():
