@@ -38,13 +38,15 @@ const rumo_api *table_at(std::uintptr_t address) {
     return table;
 }
 
-// Contiguous doubles of a given length, without a copy where the argument already is that.
+// Contiguous doubles of a given length, without a copy where the argument already is that; and of a number of dimensions
+// and columns, where given.
 class Vector {
 public:
-    Vector(nb::handle object, std::size_t length, const char *name, std::size_t last = 0) {
+    Vector(nb::handle object, std::size_t length, const char *name, int dimensions = 0, std::size_t columns = 0) {
         if (PyObject_GetBuffer(object.ptr(), &view_, PyBUF_C_CONTIGUOUS | PyBUF_FORMAT) != 0) nb::raise_python_error();
         const bool doubles = view_.format && std::strcmp(view_.format, "d") == 0;
-        const bool shaped = last == 0 || (view_.ndim > 0 && static_cast<std::size_t>(view_.shape[view_.ndim - 1]) == last);
+        const bool shaped = dimensions == 0 || (view_.ndim == dimensions &&
+                                                static_cast<std::size_t>(view_.shape[dimensions - 1]) == columns);
         if (!doubles || !shaped || static_cast<std::size_t>(view_.len) != length * sizeof(double)) {
             PyBuffer_Release(&view_);
             throw nb::value_error((std::string(name) + ": expected " + std::to_string(length) + " doubles").c_str());

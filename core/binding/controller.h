@@ -140,8 +140,8 @@ private:
 
     nb::tuple run(void (*function)(rumo_controller *, const double *, const double *, rumo_plan *), nb::handle x,
                   nb::handle reference, nb::handle numbers) {
-        const Vector state(x, states(), "x", states()), out(numbers, count_, "numbers");
-        const Vector wanted(reference, window(), "reference", static_cast<std::size_t>(sizes_.outputs));
+        const Vector state(x, states(), "x", 1, states()), out(numbers, count_, "numbers");
+        const Vector wanted(reference, window(), "reference", 2, static_cast<std::size_t>(sizes_.outputs));
         rumo_plan plan;
         std::vector<rumo_conflict> limits; // copied while the controller is ours: another thread's step would overwrite them
         {

@@ -46,10 +46,7 @@ NB_MODULE(_core, module) {
         .def("admit", &Guard::admit, "x"_a, "reference"_a, "count"_a, "reach"_a.none())
         .def("follow", &Guard::follow, "u"_a.none(), "x"_a.none(), "inner"_a.none(), "cause"_a)
         .def("plan", &Guard::plan)
-        .def_prop_ro("has_guess", [](const Guard &guard) { return guard.state().has_guess != 0; })
-        .def_prop_ro("resting", [](const Guard &guard) { return guard.state().resting != 0; })
-        .def_prop_ro("surprised", [](const Guard &guard) { return guard.state().surprised != 0; })
-        .def_prop_ro("inputs_left", [](const Guard &guard) { return guard.state().inputs_left; });
+        .def_prop_ro("has_guess", [](const Guard &guard) { return guard.state().has_guess != 0; });
     nb::class_<Qp>(module, "Qp")
         .def(nb::init<int, int>(), "variables"_a, "rows"_a)
         .def("solve", &Qp::solve, "hessian"_a, "gradient"_a, "lower"_a, "upper"_a, "matrix"_a, "row_lower"_a,

@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 4
+#define RUMO_CORE_VERSION 5
 
 /* What the failure policy goes by; methods outside the core read these too. */
 #define RUMO_GATE_STAGES 15       /* over which the gate asks how far a state can go: over a long horizon, anywhere */
@@ -147,10 +147,7 @@ typedef struct rumo_guard rumo_guard;
 
 /* What a guard has to say after a step; the arrays belong to it and stay until its next call. */
 typedef struct rumo_guard_state {
-    int has_guess; /* whether the next solution may start from the plan one sample later, or from a state at rest, */
-    int resting;   /* and that it is the latter */
-    int surprised; /* whether the last sample was believed against the prediction */
-    int inputs_left; /* of the plan, to be followed without a solution */
+    int has_guess; /* whether the next solution may start from the plan one sample later, or from a state at rest */
     const double *u, *x, *inner;                /* the plan: (N, nu), (N + 1, nx), (N, unknowns of an interval) */
     const double *next_u, *next_x, *next_inner; /* the same one sample later; NULL without a plan */
 } rumo_guard_state;

@@ -27,6 +27,9 @@ struct rumo_controller {
     double *inner;           /* (ni, lanes): its other unknowns of the intervals, see inner.c */
     double *guess_rest;      /* constraints, z, diagnostics of the iteration before, see attempt() */
     int prepared;
+    int behind;              /* samples between what the solver keeps and the guess: 0 or 1 */
+    double *stored_u, *stored_x, *stored_inner; /* the guess before iterations of its preparation, */
+    int stored;                                 /* if there were any */
     double *last_reference;  /* (N + 1, ny): wanted at the sample before, */
     double *expected;        /* and the same one sample later */
     int has_reference;

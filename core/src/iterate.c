@@ -19,7 +19,7 @@ static void start_guess(rumo_controller *ctl, const double *x) {
     rest(&ctl->guard, m->guess_u);
     guess_inner(m, x);
     ctl->last_step = NAN;
-    ctl->prepared = m->balanced = 0;
+    ctl->prepared = ctl->stored = ctl->behind = m->balanced = 0;
     solver.forget(&ctl->solving);
 }
 
@@ -56,12 +56,13 @@ static double straying(const stage_maps *m) {
     return worst;
 }
 
-/* Linearise about the guess, and let the solver prepare, with what it keeps of the step before `shift` stages on. */
-static int linearize(rumo_controller *ctl, int shift) {
+/* Linearise about the guess, and let the solver prepare; what it keeps of the sample before is shifted once. */
+static int linearize(rumo_controller *ctl) {
     stage_maps *const m = &ctl->stages;
     const int usable = linearise(m, last_decided(&ctl->guard));
     ctl->linearized_at = seconds_now();
-    if (!usable || !solver.prepare(&ctl->solving, m, shift)) return 0;
+    if (!usable || !solver.prepare(&ctl->solving, m, ctl->behind)) return 0;
+    ctl->behind = 0;
     ctl->straying = straying(m);
     return 1;
 }

@@ -9,7 +9,7 @@
 #include "stages/inner.c"
 
 /* The parameters (N, np), number k in lane k. */
-static void take_parameters(rumo_controller *ctl) {
+static void spread_parameters(rumo_controller *ctl) {
     const int np = ctl->problem.sizes.parameters;
     to_lanes(ctl->problem.numbers.parameter_values, np, np, ctl->s.N, ctl->s.lanes, ctl->stages.p_lanes);
 }
@@ -58,7 +58,7 @@ static int comes_or_goes(const double *a, const double *b, int count) {
 }
 
 /* Other numbers, the plan and the guess kept; those that are NULL stay. Where one is wrong, nothing changes. Bounds and
- * limits hold from the next feedback on, all others from the next preparation. */
+ * limits hold from the next feedback on, all others from the next preparation; iterations made with others are made again. */
 RARE static rumo_fault update_numbers(rumo_controller *ctl, const rumo_numbers *given) {
     const dims *s = &ctl->s;
     const rumo_sizes *sizes = &ctl->problem.sizes;
@@ -83,9 +83,9 @@ RARE static rumo_fault update_numbers(rumo_controller *ctl, const rumo_numbers *
                        differ(fresh.constraint_scales, old->constraint_scales, s->nc);
     assign_rumo_numbers(old, &fresh, sizes);
     solver.renumber(&ctl->solving);
-    if (given_parameters) take_parameters(ctl);
+    if (given_parameters) spread_parameters(ctl);
     if (scales || prices || rows) solver.forget(&ctl->solving);
-    if (linear) ctl->prepared = 0;
+    if (linear || ctl->stored) ctl->prepared = 0;
     return no_fault;
 }
 

@@ -16,6 +16,9 @@ RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) 
     ctl->numbers = alloc_doubles(a, size_of_plan(&s));
     ctl->inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     ctl->guess_rest = alloc_doubles(a, rest_of_plan(&s));
+    ctl->stored_u = alloc_doubles(a, s.N * s.nu);
+    ctl->stored_x = alloc_doubles(a, (s.N + 1) * s.nx);
+    ctl->stored_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     ctl->last_reference = alloc_doubles(a, (s.N + 1) * s.ny);
     ctl->expected = alloc_doubles(a, (s.N + 1) * s.ny);
     lay_out_stages(a, &ctl->stages, own, p);
@@ -45,7 +48,7 @@ static void configure(rumo_controller *ctl, const rumo_settings *settings) {
 
 RARE static void reset_controller(rumo_controller *ctl) {
     reset_guard(&ctl->guard);
-    ctl->prepared = ctl->stages.balanced = ctl->has_reference = 0;
+    ctl->prepared = ctl->stored = ctl->behind = ctl->stages.balanced = ctl->has_reference = 0;
     solver.forget(&ctl->solving);
     ctl->prepare_seconds = ctl->linearize_seconds = ctl->straying = 0.0;
     ctl->last_step = NAN;
@@ -56,7 +59,7 @@ RARE static rumo_controller *create_controller(const rumo_problem *p, const rumo
     rumo_controller *ctl = (rumo_controller *)alloc(&a, sizeof *ctl);
     lay_out(&a, ctl, p);
     solver.renumber(&ctl->solving);
-    take_parameters(ctl);
+    spread_parameters(ctl);
     configure(ctl, settings);
     reset_controller(ctl);
     return ctl;

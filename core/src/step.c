@@ -9,13 +9,26 @@
 #include "guard/stray.c"
 #include "iterate.c"
 
-/* Linearise about the plan next. */
-static void guess_plan(rumo_controller *ctl) {
+/* Linearise about this next. */
+static void set_guess(rumo_controller *ctl, const double *u, const double *x, const double *inner) {
     const dims *s = &ctl->s;
-    copy(ctl->stages.guess_u, plan_u(ctl), s->N * s->nu);
-    copy(ctl->stages.guess_x, plan_x(ctl), (s->N + 1) * s->nx);
-    copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(s));
-    copy(ctl->stages.guess_inner, ctl->inner, s->ni * s->lanes);
+    copy(ctl->stages.guess_u, u, s->N * s->nu);
+    copy(ctl->stages.guess_x, x, (s->N + 1) * s->nx);
+    copy(ctl->stages.guess_inner, inner, s->ni * s->lanes);
+}
+
+static void guess_plan(rumo_controller *ctl) {
+    set_guess(ctl, plan_u(ctl), plan_x(ctl), ctl->inner);
+    copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(&ctl->s));
+}
+
+/* Put the guess aside, for another preparation of the same sample. */
+static void store_guess(rumo_controller *ctl) {
+    const dims *s = &ctl->s;
+    copy(ctl->stored_u, ctl->stages.guess_u, s->N * s->nu);
+    copy(ctl->stored_x, ctl->stages.guess_x, (s->N + 1) * s->nx);
+    copy(ctl->stored_inner, ctl->stages.guess_inner, s->ni * s->lanes);
+    ctl->stored = 1;
 }
 
 /* What was wanted at the last sample, one sample later; the end of it stays. */
@@ -33,13 +46,14 @@ static void expect_reference(rumo_controller *ctl) {
 /* Iterate on the state that is expected at the next sample, and what was wanted at the last. */
 static void advance_guess(rumo_controller *ctl) {
     if (!ctl->guard.has_guess || !ctl->has_reference) return;
+    store_guess(ctl);
     expect_reference(ctl);
     for (int i = 0; ctl->guard.has_guess && i < ctl->settings.preparation_iterations; ++i) {
         rumo_plan ignored = {0};
         if (!is_solved(iterate(ctl, ctl->stages.guess_x, ctl->expected, &ignored))) return;
         const int done = change(ctl) < ctl->settings.sqp_tolerance;
         guess_plan(ctl);
-        ctl->guard.has_guess = linearize(ctl, 0);
+        ctl->guard.has_guess = linearize(ctl);
         if (done) return;
     }
 }
@@ -48,7 +62,8 @@ static void prepare(rumo_controller *ctl) {
     const double start = seconds_now();
     ctl->linearize_seconds = NAN;
     if (ctl->guard.has_guess) {
-        ctl->guard.has_guess = linearize(ctl, !ctl->guard.resting) && keep_guess(&ctl->guard, ctl->straying);
+        if (ctl->stored) set_guess(ctl, ctl->stored_u, ctl->stored_x, ctl->stored_inner);
+        ctl->guard.has_guess = linearize(ctl) && keep_guess(&ctl->guard, ctl->straying);
         ctl->linearize_seconds = ctl->linearized_at - start;
     }
     if (ctl->settings.preparation_iterations > 0) advance_guess(ctl);
@@ -71,13 +86,13 @@ static rumo_status attempt(rumo_controller *ctl, const double *x, const double *
     if (!plausible(&ctl->guard, x, ctl->stages.near_reach)) return RUMO_BAD_MEASUREMENT;
     if (!ctl->guard.has_guess) {
         start_guess(ctl, x);
-        if (!linearize(ctl, 0)) return RUMO_SOLVER_FAILED;
+        if (!linearize(ctl)) return RUMO_SOLVER_FAILED;
     }
     rumo_status status = iterate(ctl, x, reference, plan);
     for (int i = 1; i < ctl->settings.sqp_iterations && is_solved(status); ++i) {
         if (change(ctl) < ctl->settings.sqp_tolerance) break;
         guess_plan(ctl);
-        if (!linearize(ctl, 0)) break;
+        if (!linearize(ctl)) break;
         const rumo_status better = iterate(ctl, x, reference, plan);
         if (!is_solved(better)) {
             /* Keep what the iteration before found: it is the guess. */
@@ -105,12 +120,9 @@ static void conclude(rumo_controller *ctl, rumo_status cause, rumo_plan *plan) {
     plan->cause = cause;
     plan->status = follow(&ctl->guard, solved, cause);
     if (!solved && g->has_next) show_algebraic(ctl);
-    if (g->has_next) {
-        copy(ctl->stages.guess_u, g->next_u, s->N * s->nu);
-        copy(ctl->stages.guess_x, g->next_x, (s->N + 1) * s->nx);
-        copy(ctl->stages.guess_inner, g->next_inner, s->ni * s->lanes);
-    }
-    ctl->prepared = 0;
+    if (g->has_next) set_guess(ctl, g->next_u, g->next_x, g->next_inner);
+    ctl->prepared = ctl->stored = 0;
+    ctl->behind = 1;
 }
 
 static void feedback(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {

@@ -32,3 +32,7 @@ class Status(Enum):
     def reason(self) -> str:
         """The first half of the sentence: what happened, without what was done about it."""
         return self.value.partition(";")[0].removesuffix(".") + "."
+
+
+STATUSES = tuple(Status)
+"""In the order of the C core's numbers."""

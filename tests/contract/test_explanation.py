@@ -100,6 +100,12 @@ def test_without_a_plan():
     assert np.isnan(controller.local_error(controller.step([np.nan, 0.0], {"angle": 0.0})).values).all()
 
 
+@pytest.mark.parametrize("method", ["explain", "local_error"])
+def test_what_is_no_plan(method):
+    with pytest.raises(rumo.ArgumentError, match=r"plan: got 'x', expected a rumo\.Plan"):
+        getattr(rumo.RealTimeIteration(pendulum()), method)("x")
+
+
 @pytest.mark.parametrize("name", DISCRETIZATIONS)
 def test_local_error_is_that_of_one_interval(name):
     problem, x, reference = cooled_reactor()
@@ -132,7 +138,14 @@ def test_a_conflict_is_not_beside_a_list_of_no_limits():
     assert f"In conflict: {'; '.join(plan.conflict)}." in text
     assert "At limits" not in text
     assert "Violated" not in text
-    assert "; path constraints are not known without a solution." in text
+    assert "limits" not in text
+
+
+def test_constraints_are_not_known_without_a_solution():
+    controller = rumo.RealTimeIteration(pendulum(bounds={"torque": (-1.0, 0.0), "rate": (-3.0, 3.0)}))
+    text = str(controller.explain(controller.step([np.nan, 0.0], {"angle": 0.0})))
+    where = "torque at its upper bound (stages 2 to 12)"
+    assert f"Inputs at limits: {where}; path constraints are not known without a solution." in text
 
 
 def test_without_a_plan_nothing_is_said_of_the_previous_one():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from problems import car, pendulum
+from problems import car, pendulum, swinging_cart
 
 import rumo
 from rumo import Status
@@ -182,6 +182,27 @@ def test_an_update_after_the_preparation_prepares_again(make):
     other.prepare()
     plans = [each.feedback(X, REFERENCE) for each in (controller, other)]
     np.testing.assert_allclose(plans[0].u.values, plans[1].u.values, atol=1e-7)
+
+
+@pytest.mark.parametrize("backend", ["portable", "reference"])
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"bounds": {"force": (-3.0, 3.0)}}, {"weights": {"angle": 9.0}}, {"parameters": {"gravity": 8.0}}],
+    ids=str,
+)
+def test_a_second_preparation_is_the_first_with_other_numbers(backend, changes):
+    made, x, reference = swinging_cart()
+    plans = []
+    for calls in ("update prepare", "prepare update", "prepare prepare update prepare"):
+        controller = rumo.RealTimeIteration(made, backend=backend, preparation_iterations=1)
+        for _ in range(2):
+            controller.step(x, reference)
+        for call in calls.split():
+            controller.prepare() if call == "prepare" else controller.update(**changes)
+        plans.append(controller.feedback([0.9, -0.3, 0.25, 0.2], reference))
+    for plan in plans[1:]:
+        np.testing.assert_allclose(plan.u.values, plans[0].u.values, rtol=0.0, atol=1e-9)
+        assert plan.diagnostics.contraction == pytest.approx(plans[0].diagnostics.contraction, rel=1e-6)
 
 
 def test_rows_that_become_hard_or_soft_lose_no_sample():

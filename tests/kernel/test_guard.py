@@ -73,10 +73,8 @@ def test_samples_that_agree_are_believed_after_patience(patience):
     keeper = with_plan(Settings(gate_width=3.0, gate_patience=patience))
     assert keeper.has_guess
     assert verdicts(keeper, [[50.0, 0.0]] * (patience + 1)) == [False] * patience + [True]
-    assert keeper.surprised
     assert not keeper.has_guess, "what was predicted is wrong"
     assert verdicts(keeper, [[0.0, 0.0]]) == [True]
-    assert not keeper.surprised
 
 
 def test_samples_that_disagree_start_anew_and_a_good_one_ends_the_count():
@@ -109,7 +107,6 @@ def test_a_solution_is_applied_within_bounds_and_move_bounds():
     assert keeper.counts == {Status.SOFT_VIOLATED: 1}
     np.testing.assert_allclose(keeper.next.u.ravel(), [0.8, 1.0, 0.5, 0.5])
     assert keeper.has_guess
-    assert not keeper.resting
 
 
 def test_without_a_solution_the_plan_is_followed_to_its_end_then_the_safe_input():
@@ -117,7 +114,6 @@ def test_without_a_solution_the_plan_is_followed_to_its_end_then_the_safe_input(
     assert keeper.next is None
     keeper.follow(candidate([0.2, 0.3, 0.4, 0.5], slope=1.0), Status.OPTIMAL)
     for later in (1, 2):
-        assert keeper.inputs_left == 3 - later
         assert keeper.follow(None, Status.BAD_MEASUREMENT) == (Status.BAD_MEASUREMENT,) * 2
         np.testing.assert_allclose(keeper.applied, [[0.3 + 0.1 * later]])
         np.testing.assert_allclose(keeper.plan.x[:, 0], later + np.arange(N + 1), atol=1e-12)
@@ -139,24 +135,34 @@ def test_a_guess_that_led_nowhere_is_dropped_unless_one_at_rest_fails_too(cause)
     assert not keeper.has_guess
     np.testing.assert_array_equal(keeper.rest(), np.full((N, NU), 0.2))
     assert keeper.has_guess
-    assert keeper.resting
     keeper.follow(None, cause)
     assert keeper.has_guess, "the shifted plan was not to blame"
-    assert not keeper.resting
     keeper.drop()
     assert not keeper.has_guess
 
 
 def test_a_guess_that_strays_is_dropped_if_those_before_it_did_not():
     keeper = with_plan()
-    assert [keeper.keep(straying) for straying in (0.1, 0.02, 0.02, 0.04)] == [True, True, True, False]
-    assert not keeper.has_guess
+
+    def kept(straying):
+        found = keeper.keep(straying)
+        assert keeper.has_guess is found
+        keeper.follow(candidate([0.2] * N), Status.OPTIMAL)
+        return found
+
+    assert [kept(straying) for straying in (0.1, 0.02, 0.02, 0.04)] == [True, True, True, False]
     keeper.rest()
-    assert keeper.keep(np.inf), "one at rest has nothing to satisfy"
-    keeper.follow(candidate([0.2] * N), Status.OPTIMAL)
-    assert [keeper.keep(straying) for straying in (5.0, 0.5, 0.02, np.nan)] == [True, True, True, False]
+    assert kept(np.inf), "one at rest has nothing to satisfy"
+    assert [kept(straying) for straying in (5.0, 0.5, 0.02, np.nan)] == [True, True, True, False]
     keeper.reset()
     assert keeper.keep(0.1)
+
+
+def test_a_sample_prepared_again_is_judged_as_if_for_the_first_time():
+    keeper = with_plan()
+    assert [keeper.keep(straying) for straying in (0.02, 0.1, 0.02)] == [True] * 3
+    keeper.follow(candidate([0.2] * N), Status.OPTIMAL)
+    assert not keeper.keep(0.1)
 
 
 @pytest.mark.parametrize("part", range(2))

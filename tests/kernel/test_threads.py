@@ -60,6 +60,35 @@ def test_threads_share_a_controller():
     np.testing.assert_array_equal(plans[0].x.values[0], alone.x.values[0])
 
 
+class Slow:
+    """A core whose update gives another thread some time to get in between."""
+
+    def __init__(self, core):
+        self.core, self.begun, self.over = core, threading.Event(), threading.Event()
+
+    def __getattr__(self, name):
+        return getattr(self.core, name)
+
+    def update(self, values):
+        self.begun.set()
+        self.over.wait(0.02)
+        self.core.update(values)
+
+
+def test_a_preparation_stays_one_while_another_thread_updates():
+    controller = rumo.RealTimeIteration(pendulum(), backend="portable")
+    x, reference = [0.1, 0.0], {"angle": 0.0}
+    controller.step(x, reference)
+    slow = controller._engine._core = Slow(controller._engine._core)
+    thread = threading.Thread(target=lambda: controller.update(weights={"angle": 2.0}))
+    thread.start()
+    slow.begun.wait()
+    controller.prepare()
+    slow.over.set()
+    thread.join()
+    assert controller.feedback(x, reference).status.solved
+
+
 def test_a_conflict_is_that_of_ones_own_step():
     # From one sample there is no way to respect the limits; the other has many that are active.
     problem = pendulum(horizon=40, bounds={"torque": (-1.0, 1.0), "angle": (-1.0, 1.0)})

@@ -10,6 +10,7 @@ import pytest
 from problems import pendulum
 
 import rumo
+from rumo.controllers import InnovationGate
 from rumo.estimation import Butterworth
 from rumo.references import Following, Sine, SinePath
 from rumo.registry import CONTROLLERS, MODELS
@@ -353,6 +354,10 @@ STEP_MISTAKES = {
         ([0.0, 0.0], np.zeros((12, 1))),
         "reference: got shape (12, 1), expected (13, 1): N + 1 by tracked outputs.",
     ),
+    "one window too many": (
+        ([0.0, 0.0], np.zeros((1, 13, 1))),
+        "reference: got shape (1, 13, 1), expected (13, 1): N + 1 by tracked outputs.",
+    ),
     "text reference": (([0.0, 0.0], {"angle": "up"}), "reference['angle']: got 'up', expected numbers."),
 }
 
@@ -397,6 +402,20 @@ def test_ltv_needs_every_state():
         rumo.ArgumentError, match=r"reference: got no values for rate, .* linearises along the reference"
     ):
         controller.step([0.0, 0.0], {"angle": 0.0})
+
+
+def test_ltv_asks_for_every_state_before_it_judges_the_sample():
+    controller, other = (rumo.LinearTimeVarying(pendulum(), gate=InnovationGate(patience=1)) for _ in range(2))
+    reference = {"angle": 0.0, "rate": 0.0}
+    for each in (controller, other):
+        each.step([0.0, 0.0], reference)
+        each.prepare()
+    for x in ([np.nan, 0.0], [100.0, 0.0], [100.0, 0.0]):
+        with pytest.raises(rumo.ArgumentError, match="reference: got no values for rate"):
+            controller.feedback(x, {"angle": 0.0})
+    assert controller.status_counts.total() == 1
+    plans = [each.feedback([100.0, 0.0], reference) for each in (controller, other)]
+    assert [plan.status for plan in plans] == [rumo.Status.BAD_MEASUREMENT] * 2
 
 
 def test_a_controller_needs_a_problem():

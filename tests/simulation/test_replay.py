@@ -52,3 +52,21 @@ def test_times_of_a_replay():
     assert len(linearize) == 20
     assert (linearize <= prepare).all()
     assert (np.r_[linearize, prepare, feedback] > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"x": np.zeros((3, 5))}, r"x: got shape \(3, 5\), expected shape \(3, 2\)"),
+        ({"x": 0.0}, r"x: got shape \(\), expected shape \(2,\)"),
+        ({"reference": np.zeros((2, 13, 1))}, r"reference: got shape \(2, 13, 1\), expected shape \(3, 13, 1\)"),
+        ({"applied": np.zeros((3, 1))}, r"applied: got shape \(3, 1\), expected shape \(3, 1, 1\)"),
+        ({"applied": np.full((3, 1, 1), np.nan)}, "applied: got NaN or infinity, expected finite inputs"),
+    ],
+)
+def test_what_cannot_be_replayed(changes, message):
+    controller = rumo.RealTimeIteration(pendulum(), backend="portable")
+    told = {"x": np.zeros((3, 2)), "reference": np.zeros((3, 13, 1)), "applied": np.zeros((3, 1, 1))}
+    with pytest.raises(rumo.ArgumentError, match=message):
+        controller.replay(**told | changes)
+    assert not controller.status_counts

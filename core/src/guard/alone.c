@@ -51,7 +51,6 @@ static rumo_fault update_guard(rumo_guard *g, const rumo_bounds *given) {
 
 static rumo_status admit(rumo_guard *g, const double *x, const double *reference, int count, const double *reach) {
     const rumo_status status = finite_sample(g->s.nx, x, all_finite(reference, count));
-    g->surprised = 0;
     if (status != RUMO_OPTIMAL) return status;
     return plausible(g, x, reach) ? RUMO_OPTIMAL : RUMO_BAD_MEASUREMENT;
 }
@@ -59,8 +58,7 @@ static rumo_status admit(rumo_guard *g, const double *x, const double *reference
 static void drop_guess(rumo_guard *g) { g->has_guess = g->resting = 0; }
 
 static void guard_state(const rumo_guard *g, rumo_guard_state *state) {
-    *state = (rumo_guard_state){g->has_guess, g->resting, g->surprised, g->inputs_left,
-                                g->u, g->x, g->rows, NULL, NULL, NULL};
+    *state = (rumo_guard_state){g->has_guess, g->u, g->x, g->rows, NULL, NULL, NULL};
     if (!g->has_next) return;
     state->next_u = g->next_u;
     state->next_x = g->next_x;

@@ -43,6 +43,7 @@ static rumo_status follow(rumo_guard *g, int solved, rumo_status cause) {
     g->blameless = !solved && (g->blameless || (fruitless && g->resting));
     g->has_guess = g->has_next && (!fruitless || g->blameless);
     g->resting = 0;
+    g->settled = g->settles;
     return status;
 }
 

@@ -18,7 +18,6 @@
 static int plausible(rumo_guard *g, const double *x, const double *reach) {
     const int nx = g->s.nx;
     const double width = g->gate_width;
-    g->surprised = 0;
     if (isinf(width) || !g->has_next || !reach) return 1;
     int expected = 1, agrees = g->implausible > 0, moved = 0;
     for (int r = 0; r < nx; ++r) {
@@ -51,7 +50,6 @@ static int plausible(rumo_guard *g, const double *x, const double *reach) {
     *count = 0;
     if (expected) g->changes = 0;
     g->has_guess = 0; /* what was predicted is wrong */
-    g->surprised = 1;
     return 1;
 }
 

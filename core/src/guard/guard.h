@@ -23,11 +23,10 @@ struct rumo_guard {
 
     int has_guess, resting;               /* whether the solver has a guess, and whether that is a state at rest */
     int blameless;                        /* a guess at rest has failed too: the shifted plan is not to blame */
-    int settled;                          /* whether guesses have satisfied the dynamics since the last one at rest */
+    int settled, settles;                 /* whether the last guess satisfied the dynamics, and the one prepared does */
 
     int implausible, repeats;             /* samples in a row that the gate has held back, and why */
     int changes, has_last;                /* plausible samples that differed from the one before, up to GATE_CHANGES */
-    int surprised;                        /* whether the last sample was believed against the prediction */
     double *suspect, *last_x;             /* (nx,): the last implausible and the last plausible sample */
 
     double *rows, *next_rows;             /* (N, ni): for callers of a guard by itself */
@@ -52,8 +51,8 @@ static void configure_guard(rumo_guard *g, const rumo_settings *settings) {
 
 RARE static void reset_guard(rumo_guard *g) {
     const int nu = g->s.nu;
-    g->has_next = g->inputs_left = g->has_guess = g->resting = g->blameless = g->settled = 0;
-    g->implausible = g->repeats = g->changes = g->has_last = g->surprised = 0;
+    g->has_next = g->inputs_left = g->has_guess = g->resting = g->blameless = g->settled = g->settles = 0;
+    g->implausible = g->repeats = g->changes = g->has_last = 0;
     for (int k = 0; k < decided_inputs(&g->s); ++k) copy(g->applied + k * nu, g->data.bounds.safe_input, nu);
     memset(g->counts, 0, sizeof g->counts);
 }

@@ -12,7 +12,7 @@
 static int keep_guess(rumo_guard *g, double straying) {
     const int strayed = !(straying < STRAYED);
     g->has_guess = !(g->settled && strayed && !g->resting);
-    g->settled = !strayed;
+    g->settles = !strayed; /* for good once the sample is over: it may be prepared again */
     return g->has_guess;
 }
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rumo.checks import checked
 from rumo.discretization import Discretization
 from rumo.discretization.stability import eigenvalues
 from rumo.kernel import SLACK_TOLERANCE
@@ -14,8 +15,8 @@ from rumo.plan import Plan
 from rumo.signals import Array, NamedArray
 from rumo.transcription import Transcription
 
-NO_STEP = 1e-6
-"""Share of the inputs' ranges below which a step is rounding, and its ratio to another says nothing."""
+CONVERGED = 1e-6
+"""Share of the inputs' ranges below which a step is as good as none, and its ratio to another says nothing."""
 RK4_LIMIT = 2.785
 """Largest |lambda| dt at which RK4 is stable for a decaying mode."""
 
@@ -47,7 +48,7 @@ class Explanation:
 
 def explain(plan: Plan, scheme: Discretization) -> Explanation:
     """What limits a plan that was made with a scheme."""
-    problem = plan.problem
+    problem = checked(plan, "plan", Plan).problem
     outcome = plan.status.value if plan.status is plan.cause else f"{plan.status.value} {plan.cause.reason}"
     predicted = np.isfinite(plan.x.values).all()
     stiffness = _stiffness(plan) if predicted else np.full(problem.horizon, np.nan)
@@ -64,7 +65,7 @@ def explain(plan: Plan, scheme: Discretization) -> Explanation:
         sentences.append(_integration(plan, scheme))
     if plan.conflict:
         sentences.append(f"In conflict: {'; '.join(plan.conflict)}.")
-    if np.isfinite(plan.constraints.values).all() and not plan.conflict:
+    elif np.isfinite(plan.constraints.values).all():
         sentences.append(f"At limits: {_listed(active)}.")
         sentences.append(f"Violated: {_listed(violated)}.")
     else:
@@ -80,7 +81,7 @@ def local_error(plan: Plan, scheme: Discretization) -> NamedArray[Array]:
     Shape (N, nx); NaN where nothing was predicted, or the equations could not be solved. Source: Hairer, Norsett and
     Wanner (1993), ch. II.4 (Richardson extrapolation).
     """
-    problem = plan.problem
+    problem = checked(plan, "plan", Plan).problem
     transcriptions = [Transcription(problem, each) for each in (scheme, replace(scheme, substeps=2 * scheme.substeps))]
     parameters = transcriptions[0].given(problem.parameters)
     share = 2.0**scheme.order / (2.0**scheme.order - 1.0)
@@ -145,7 +146,7 @@ def _convergence(plan: Plan) -> str:
     """How far the iteration has come."""
     diagnostics = plan.diagnostics
     words = f"Convergence: the last step was {diagnostics.step:.2g} of the inputs' ranges"
-    if diagnostics.step < NO_STEP:
+    if diagnostics.step < CONVERGED:
         words += ", as good as none"
     elif np.isfinite(diagnostics.contraction):
         words += f", {diagnostics.contraction:.2g} times the one before"

@@ -24,7 +24,7 @@ class LinearTimeVarying(Controller[LtvSettings]):
     """Linear time-varying MPC: the same QP as the real-time iteration, about the reference instead of the last plan.
 
     The reference must name every state of the model; inputs that it leaves out are linearised about the
-    safe input.
+    safe input. A plan to engage with changes nothing: no step starts from one.
 
     Parameters
     ----------
@@ -61,6 +61,16 @@ class _AlongReference(NumpyRti):
         model = self.transcription.problem.model
         return tuple(dict.fromkeys((*super().signals, *model.states, *model.inputs)))
 
+    def check(self, window: Mapping[str, Array]) -> None:
+        missing = [name for name in self.transcription.problem.model.states if name not in window]
+        if missing:
+            raise ArgumentError(
+                "reference",
+                f"no values for {', '.join(missing)}",
+                "values for every state of the model",
+                "LinearTimeVarying linearises along the reference.",
+            )
+
     def configure(self, settings: LtvSettings) -> None:
         super().configure(Settings(qp=settings.qp))
 
@@ -75,14 +85,6 @@ class _AlongReference(NumpyRti):
     def _trajectory(self, window: Mapping[str, Array]) -> Trajectory:
         problem = self.transcription.problem
         model, N = problem.model, problem.horizon
-        missing = [name for name in model.states if name not in window]
-        if missing:
-            raise ArgumentError(
-                "reference",
-                f"no values for {', '.join(missing)}",
-                "values for every state of the model",
-                "LinearTimeVarying linearises along the reference.",
-            )
         named = dict(zip(model.inputs, np.tile(problem.safe_input[:, None], N + 1), strict=True)) | dict(window)
         u = np.column_stack([named[name][:N] for name in model.inputs])
         x = np.column_stack([named[name] for name in model.states])

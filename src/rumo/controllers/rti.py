@@ -6,6 +6,9 @@ import logging
 import os
 from typing import Any
 
+import numpy as np
+
+from rumo.checks import as_numbers
 from rumo.controllers.base import Controller
 from rumo.controllers.engines.base import Engine
 from rumo.controllers.engines.core import CoreEngine
@@ -13,7 +16,7 @@ from rumo.controllers.engines.guarded import Guarded
 from rumo.controllers.engines.numpy import NumpyRti
 from rumo.controllers.settings import Settings, changed
 from rumo.discretization import Discretization
-from rumo.errors import ArgumentError, UnknownNameError
+from rumo.errors import ArgumentError, ShapeError, UnknownNameError
 from rumo.problem import Problem
 from rumo.recording import missing_operation
 from rumo.signals import Array
@@ -80,7 +83,16 @@ class RealTimeIteration(Controller[Settings]):
         """
         if not isinstance(self._engine, CoreEngine):
             raise ArgumentError("backend", repr(self.backend), "one in C, tailored or portable, to replay")
-        return self._engine.replay(x, reference, applied)
+        problem, told = self.problem, {"x": x, "reference": reference, "applied": applied}
+        arrays = {name: as_numbers(values, name) for name, values in told.items()}
+        window, decided = (problem.horizon + 1, len(problem.outputs)), self.applied.shape
+        for name, shape in ("x", (len(problem.model.states),)), ("reference", window), ("applied", decided):
+            expected = arrays["x"].shape[:1] + shape
+            if arrays[name].shape != expected:
+                raise ShapeError(name, f"shape {arrays[name].shape}", f"shape {expected}")
+        if not np.isfinite(arrays["applied"]).all():
+            raise ArgumentError("applied", "NaN or infinity", "finite inputs")
+        return self._engine.replay(**arrays)
 
 
 def requested(backend: str) -> str:

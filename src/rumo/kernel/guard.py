@@ -13,9 +13,7 @@ from rumo.kernel._core import Guard as _Guard
 from rumo.kernel.description import BOUNDS, SIZES, as_numbers, members
 from rumo.kernel.settings import Settings
 from rumo.signals import Array
-from rumo.status import Status
-
-STATUSES = tuple(Status)
+from rumo.status import STATUSES, Status
 
 
 class Trajectory(NamedTuple):
@@ -98,21 +96,6 @@ class Guard:
     def has_guess(self) -> bool:
         """Whether the next solution may start from `next`, or from the state at rest that was announced."""
         return self._guard.has_guess
-
-    @property
-    def resting(self) -> bool:
-        """Whether the guess is a state at rest."""
-        return self._guard.resting
-
-    @property
-    def surprised(self) -> bool:
-        """Whether the last sample was believed against the prediction: then the guess is gone."""
-        return self._guard.surprised
-
-    @property
-    def inputs_left(self) -> int:
-        """How many inputs of the plan are left to follow without a solution."""
-        return self._guard.inputs_left
 
     def rest(self) -> Array:
         """Announce that the next solution starts from a state at rest; returns inputs (N, nu) to start with."""

@@ -103,6 +103,9 @@ class Method(ABC):
         """Signals whose reference it looks at: the tracked outputs."""
         return self.transcription.problem.outputs.names
 
+    def check(self, window: Mapping[str, Array]) -> None:
+        """Raise if a reference, by signal (N + 1,), lacks what `solve` needs; nothing of the step has happened yet."""
+
     def configure(self, settings: Any) -> None:
         """Use other settings."""
 

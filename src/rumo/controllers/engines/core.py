@@ -16,10 +16,8 @@ from rumo.errors import CallOrderError
 from rumo.kernel import NUMBERS, Build, Core, portable, tailored
 from rumo.plan import Plan, PlanLayout
 from rumo.signals import Array, Values
-from rumo.status import Status
+from rumo.status import STATUSES, Status
 from rumo.transcription import Transcription
-
-STATUSES = tuple(Status)
 
 
 class CoreEngine:
@@ -61,11 +59,13 @@ class CoreEngine:
 
     def rest(self, x: Array) -> None:
         """See `Engine.rest`."""
-        self._core.rest(x)
+        with self._lock:
+            self._core.rest(x)
 
     def start(self, x: Array, u: Array) -> None:
         """See `Engine.start`."""
-        self._core.engage(np.ascontiguousarray(x), np.ascontiguousarray(u))
+        with self._lock:
+            self._core.engage(np.ascontiguousarray(x), np.ascontiguousarray(u))
 
     @property
     def applied(self) -> Array:
@@ -86,7 +86,8 @@ class CoreEngine:
 
     def prepare(self) -> None:
         """See `Engine.prepare`."""
-        self._core.prepare()
+        with self._lock:
+            self._core.prepare()
 
     def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
         """See `Engine.feedback`. Fastest for arrays: x (nx,) and reference (N + 1, ny), contiguous, of floats."""
@@ -103,8 +104,9 @@ class CoreEngine:
     def replay(self, x: Array, reference: Array, applied: Array) -> Array:
         """See `RealTimeIteration.replay`."""
         times = np.zeros((len(x), 3))
-        data = [np.ascontiguousarray(array, dtype=float) for array in (x, reference, applied)]
-        self._core.replay(data[0], data[1], data[2], times, len(times))
+        data = [np.ascontiguousarray(array) for array in (x, reference, applied)]
+        with self._lock:
+            self._core.replay(data[0], data[1], data[2], times, len(times))
         return times
 
     def _run(self, function: Any, x: Values, reference: ReferenceWindow) -> Plan:

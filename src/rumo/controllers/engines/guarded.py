@@ -150,6 +150,7 @@ class Guarded:
             start = perf_counter()
             measurement = self._problem.model.states.vector(x, "x")
             window = reference_window(self._problem, reference)
+            self.method.check(window)
             with np.errstate(all="ignore"):
                 candidate, cause = self._attempt(measurement, window)
             if candidate is None:
