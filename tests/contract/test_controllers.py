@@ -152,3 +152,13 @@ def test_lost_measurement_is_survived(name):
     # The plan before, one sample later.
     np.testing.assert_allclose(lost.command.values, first.u.values[problem.delay + 1], rtol=1e-12)
     assert controller.step(x, reference).status.solved
+
+
+@every_controller
+def test_a_step_that_raises_prepares_nothing(name):
+    problem, x, reference = task(next(iter(PROBLEMS)))
+    controller = CONTROLLERS[name](problem)
+    with pytest.raises(rumo.UnknownNameError):
+        controller.step(x, reference | {"nonsense": 0.0})
+    with pytest.raises(rumo.CallOrderError):
+        controller.feedback(x, reference)

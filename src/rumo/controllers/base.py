@@ -16,7 +16,7 @@ from rumo.controllers.arguments import Inputs, ReferenceWindow, decided_inputs
 from rumo.controllers.engines.base import Engine
 from rumo.controllers.explanation import Explanation, explain, local_error
 from rumo.controllers.settings import S, changed
-from rumo.errors import ArgumentError, FrozenError, ShapeError
+from rumo.errors import ArgumentError, FrozenError, ShapeError, UnknownNameError
 from rumo.interrupts import interruptible
 from rumo.plan import Plan
 from rumo.problem import Problem
@@ -94,7 +94,9 @@ class Controller(Sealed, Generic[S]):
         Takes what `Problem.changed` takes, raises what it raises, and then nothing has changed. Guess, plan and counts
         stay; nothing is compiled. What was prepared is prepared again.
         """
-        known_names(changes, "update", CHANGES)
+        for name in changes:
+            if name not in CHANGES:
+                raise UnknownNameError("update", name, CHANGES)
         with self._lock, interruptible():
             transcription = self._transcription.renumbered(self.problem.changed(**changes))
             self._engine.update(transcription)

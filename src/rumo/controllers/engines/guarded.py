@@ -117,6 +117,7 @@ class Guarded:
         """See `Engine.step`."""
         with self._lock:
             measurement = self._problem.model.states.vector(x, "x")
+            self.method.check(reference_window(self._problem, reference))  # before anything changes
             if not self._guard.has_guess and np.isfinite(measurement).all():
                 self.rest(measurement)
             if not self._prepared:
