@@ -50,10 +50,10 @@ def finite_number(value: object, argument: str) -> float:
 
 
 def as_numbers(value: object, argument: str) -> NDArray[np.floating[Any]]:
-    """`value`, real numbers and no text, as an array of floats."""
+    """`value`, real numbers, as an array of floats; no text, and no None, which NumPy takes for NaN."""
     try:
         array = np.asarray(value)
-        if array.dtype.kind in "biufO":
+        if array.dtype.kind in "biuf" or (array.dtype.kind == "O" and None not in array.ravel().tolist()):
             return array.astype(float)
     except (TypeError, ValueError):
         pass

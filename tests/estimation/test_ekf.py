@@ -54,6 +54,20 @@ def test_missing_entries_are_predicted():
     assert np.isfinite(running(np.array([0.2, np.nan]), np.zeros(1))).all()
 
 
+def test_starts_when_each_state_has_been_measured_once():
+    running = started(pendulum())
+    np.testing.assert_array_equal(running(np.array([0.1, np.nan]), np.zeros(1)), [0.1, np.nan])
+    np.testing.assert_array_equal(running(np.array([0.2, np.inf]), np.zeros(1)), [0.2, np.nan])
+    np.testing.assert_array_equal(running(np.array([np.nan, 0.3]), np.zeros(1)), [0.2, 0.3])
+    assert np.isfinite(running(np.full(2, np.nan), np.zeros(1))).all()
+
+
+def test_starts_without_a_sensor_whose_state_has_a_first_estimate():
+    running = started(pendulum(), x={"rate": 0.5}, deviations={"rate": 0.1})
+    np.testing.assert_array_equal(running(np.array([0.1, np.nan]), np.zeros(1)), [0.1, 0.5])
+    assert np.isfinite(running(np.array([0.1, np.nan]), np.zeros(1))).all()
+
+
 def test_angles_turn_around():
     running = started(spinning())
     estimates = []
@@ -258,7 +272,12 @@ def test_in_a_simulation():
         ({"x": {"rate": 0.0}, "deviations": 0.1}, ("angle",), "ExtendedKalman.deviations: got 0.1, expected a mapping"),
         ({}, ("angle",), "x: got no value for rate, expected all of rate."),
         ({"x": {"rate": 0.0}}, ("angle",), "deviations: got no value for rate, expected all of rate."),
-        ({"x": {"rate": 0.0, "angle": 1.0}}, ("angle",), "x: got 'angle', expected one of rate."),
+        ({"x": {"rate": 0.0, "angel": 1.0}}, ("angle",), "x: got 'angel', expected one of rate."),
+        (
+            {"x": {"rate": 0.0, "angle": 1.0}, "deviations": {"rate": 0.1}},
+            ("angle",),
+            "deviations: got no value for angle",
+        ),
         ({"late": {"rate": 1}}, ("angle",), "late: got 'rate', expected one of angle."),
         ({"late": {"angle": 1}}, ("angle",), "x: got no value for angle, rate, expected all of angle, rate."),
         ({}, ("angel",), "measured: got 'angel', expected one of angle, rate. Did you mean 'angle'?"),

@@ -396,11 +396,40 @@ def test_faults_may_change_what_they_are_given_but_not_the_past():
         scenario(faults=(Forging(range(4, 7)),)).run()
 
 
+@dataclass(frozen=True)
+class Answering(Fault):
+    """A fault whose methods answer the same, whatever is."""
+
+    sensed: object = (0.0, 0.0)
+    acted: object = (0.0,)
+
+    def sense(self, received, past, bad, signals):
+        return self.sensed
+
+    def act(self, applied, past, bad, inputs):
+        return self.acted
+
+
+@pytest.mark.parametrize(
+    ("answers", "message"),
+    [
+        ({"sensed": None}, r"Answering.sense\(\): got shape \(\), expected shape \(2,\)"),
+        ({"sensed": (0.0, 0.0, 0.0)}, r"Answering.sense\(\): got shape \(3,\), expected shape \(2,\)"),
+        ({"acted": (0.0, 0.0)}, r"Answering.act\(\): got shape \(2,\), expected shape \(1,\)"),
+        ({"acted": (np.nan,)}, r"Answering.act\(\)\['torque'\]: got nan, expected a finite number"),
+    ],
+)
+def test_answers_of_faults_are_checked(answers, message):
+    with pytest.raises(rumo.ArgumentError, match=message):
+        scenario(faults=(Answering(range(1, 2), **answers),)).run()
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
         (lambda: Missing(range(6, 0, -1)), r"when: got range\(6, 0, -1\), expected samples one after the other"),
         (lambda: Missing(3), r"when: got 3, expected range\(first, end\) of samples, or \(start, end\) in seconds"),
+        (lambda: Missing("12"), r"when: got '12', expected range\(first, end\) of samples"),
         (lambda: Missing((2.0, 1.0)), r"when: got \(2.0, 1.0\), expected a start of at least 0 s, and an end after"),
         (lambda: LateCommand(range(2), by=0), "by: got 0, expected a whole number of at least 1"),
         (lambda: Budget(range(2), iterations=-1), "iterations: got -1, expected a whole number"),

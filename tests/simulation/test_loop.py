@@ -1,5 +1,7 @@
 """The closed loop: determinism, fairness between controllers, delay, and its failures."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -33,6 +35,44 @@ def without_times(log):
 def test_same_seed_gives_the_same_log(controller):
     logs = [without_times(drive(controller(pendulum()), seed=5)) for _ in range(2)]
     xr.testing.assert_identical(*logs)
+
+
+def test_threads_may_share_a_plant():
+    problem = pendulum()
+    plant = Plant(problem.model, problem.sampling_time)
+    runs = [
+        rumo.Scenario(problem, plant, [0.3, 0.0], REFERENCE, 2.0, sensors=Sensors({"angle": 0.05}), seed=seed)
+        for seed in range(4)
+    ]
+    with ThreadPoolExecutor(len(runs)) as pool:
+        logs = list(pool.map(rumo.Scenario.run, runs))
+    for run, log in zip(runs, logs, strict=True):
+        assert rumo.ClosedLoop(run).plant is not plant
+        xr.testing.assert_identical(without_times(log), without_times(run.run()))
+
+
+def test_a_controller_has_one_run_at_a_time():
+    problem = pendulum()
+    controller = rumo.RealTimeIteration(problem)
+    loop = rumo.ClosedLoop(rumo.Scenario(problem, problem.model, [0.3, 0.0], REFERENCE, 0.3), controller)
+    first = iter(loop)
+    next(first)
+    assert len(list(loop)) == len(loop)
+    with pytest.raises(rumo.errors.CallOrderError, match="given to another run"):
+        next(first)
+
+
+@pytest.mark.parametrize("delay", [0, 1, 2])
+def test_what_is_decided_outlives_a_reset(delay):
+    problem = pendulum(delay=delay, bounds={"torque": (-2.0, 2.0)}, move_bounds={"torque": (-0.2, 0.2)})
+    loop = rumo.ClosedLoop(rumo.Scenario(problem, problem.model, [0.0, 0.0], {"angle": 1.5}, 1.5))
+    applied = []
+    for sample in loop:
+        applied.append(sample.applied["torque"])
+        if sample.index == 15:
+            loop.controller.reset()
+    assert abs(applied[15]) > 1.0
+    assert np.abs(np.diff(applied)).max() < 0.2 + 1e-6
 
 
 @every_controller

@@ -137,6 +137,15 @@ def test_kinds_of_references():
         assert not preview.parameters
 
 
+def test_previews_have_arrays_of_their_own():
+    ahead = np.zeros(13)
+    preview = Preview({"angle": ahead}, {"gravity": ahead})
+    for values in (preview.signals["angle"], preview.parameters["gravity"]):
+        assert not np.shares_memory(values, ahead)
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 1.0
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -145,6 +154,12 @@ def test_kinds_of_references():
         (lambda: Sampled((0.0, 1.0), {"a": (1.0,)}), r"values\['a'\]: got shape \(1,\), expected shape \(2,\)"),
         (lambda: Following(SinePath(), window=0.0), "window: got 0.0, expected a positive"),
         (lambda: as_reference(Held), "reference: got <class"),
+        (lambda: Held({"angle": np.nan}), r"reference\['angle'\]: got nan, expected a finite number"),
+        (lambda: Held({"angle": None}), r"reference\['angle'\]: got None, expected numbers"),
+        (lambda: Preview({"angle": None}), r"reference\['angle'\]: got None, expected numbers"),
+        (lambda: Sampled((0.0, 1.0), {"a": (1.0, np.nan)}), r"values\['a'\]: got NaN or infinity, expected finite"),
+        (lambda: Sampled((0.0, np.inf), {}), "times: got"),
+        (lambda: Following(lambda t, x: {}), r"path: got a function of \(t, x\), expected a function of times alone"),
     ],
 )
 def test_mistakes(make, message):

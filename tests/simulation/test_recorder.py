@@ -101,6 +101,14 @@ def test_what_does_not_fit_raises_at_once(given, message):
         recorded(**given)
 
 
+@pytest.mark.parametrize("time", [0.1, 0.05])
+def test_time_runs_forward(time):
+    recorder = rumo.Recorder(rumo.RealTimeIteration(pendulum(), backend="reference"))
+    recorder.add(None, time=0.1)
+    with pytest.raises(rumo.ArgumentError, match=rf"time: got {time:g} s, expected one after the last sample's, 0.1 s"):
+        recorder.add(None, time=time)
+
+
 def test_plans_of_other_problems_are_refused():
     plan = rumo.RealTimeIteration(pendulum(horizon=5), backend="reference").step([0.1, 0.0], {"angle": 0.0})
     with pytest.raises(rumo.ShapeError, match=r"predicted_states: got shape \(6, 2\), expected shape \(13, 2\)"):

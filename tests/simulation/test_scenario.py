@@ -272,6 +272,36 @@ def test_faults_may_be_a_list():
     assert scenario(faults=[faults.Missing(range(2))]).faults == (faults.Missing(range(2)),)
 
 
+def test_what_is_given_may_change_afterwards():
+    given = {"x": np.array([0.3, 0.0]), "applied": np.array([0.2]), "disturbances": {}}
+    run = scenario(**given)
+    given["x"][:] = given["applied"][:] = np.nan
+    given["disturbances"]["gravity"] = OrnsteinUhlenbeck(1.0, 0.5, 0.3)
+    np.testing.assert_array_equal(run.x, [0.3, 0.0])
+    np.testing.assert_array_equal(run.applied, [0.2])
+    assert not run.disturbances
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"plant": "van_der_pole"}, r"plant: got 'van_der_pole'.* Did you mean 'van_der_pol'\?"),
+        ({"plant": Plant}, "plant: got <class"),
+        ({"discretization": "radau9"}, r"discretization: got 'radau9'.* Did you mean 'radau3'\?"),
+    ],
+)
+def test_names_are_looked_up_at_once(changes, message):
+    with pytest.raises(rumo.ArgumentError, match=message):
+        scenario(**changes)
+
+
+@pytest.mark.parametrize("bad", [faults.Missing((0.1, 0.2)), None])
+def test_simulate_checks_faults(bad):
+    run = scenario()
+    with pytest.raises(rumo.ArgumentError, match=r"faults: got .* expected a tuple"):
+        rumo.simulate(run.make_controller(), run.plant, run.x, run.reference, 0.1, faults=bad)
+
+
 def test_clocks_may_differ_by_rounding():
     problem = pendulum(sampling_time=0.3, horizon=rumo.Grid([0.1 + 0.2] * 12))
     assert problem.uniform
@@ -286,8 +316,6 @@ def test_clocks_may_differ_by_rounding():
     [
         ({"controller": "rit"}, r"controller: got 'rit', expected one of rti, nlp, ltv. Did you mean 'rti'\?"),
         ({"controller": rumo.Weight}, "controller: got <class 'rumo.terms.Weight'>, expected one of rti"),
-        ({"plant": "van_der_pole"}, r"plant: got 'van_der_pole'.* Did you mean 'van_der_pol'\?"),
-        ({"discretization": "radau9"}, r"discretization: got 'radau9'.* Did you mean 'radau3'\?"),
         ({"controller": "nlp", "backend": "portable"}, "backend: got 'portable', expected nothing: DirectNlp has only"),
         ({"duration": 0.01}, "duration: got 0.01, expected at least one sampling time"),
         ({"duration": "1"}, "duration: got '1', expected at least one sampling time"),
@@ -319,6 +347,11 @@ def test_clocks_may_differ_by_rounding():
             {"reference": lambda t: {"angle": math.sin(t)}},
             r"reference: got one that .* Write np.sin\(t\), not math.sin",
         ),
+        (
+            {"reference": Following(lambda t: {"angle": math.sin(t)}, ("angle",))},
+            r"path: got one that .* Write np.sin\(t\), not math.sin",
+        ),
+        ({"reference": lambda t: {"angle": None}}, r"reference\['angle'\]: got None, expected numbers"),
         ({"reference": lambda t: {"angle": 1.0 if t > 1.0 else 0.0}}, r"reference: got one that .* np.where\(t < 1.0"),
         ({"sensors": Sensors(measured=("angle",)), "estimator": None}, "measured: got no rate, expected all states"),
         ({"sensors": Sensors(measured=("angle",))}, "noise: got 'rate', expected one of angle"),

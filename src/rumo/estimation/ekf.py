@@ -30,8 +30,8 @@ class ExtendedKalman:
     process : mapping of str to float
         Standard deviation of what the model misses in one sample, for each state, positive.
     x : mapping of str to float
-        First estimates of the states that are not measured, or late; those that are measured start at their first
-        measurement.
+        First estimates of the states that are not measured, or late, and of any others. The rest start at what is
+        measured of them last when each has been measured once; no state is estimated before.
     deviations : mapping of str to float
         Standard deviation of each of these estimates, positive.
     late : mapping of str to int
@@ -56,12 +56,13 @@ class ExtendedKalman:
             signals.index(name, "ExtendedKalman.late")
             whole_number(samples, f"ExtendedKalman.late[{name!r}]", 0)
         late = np.array([self.late.get(name, 0) for name in signals], dtype=int)
-        prompt = [name for name in states if name in signals and not self.late.get(name, 0)]
-        unknown = Signals({name: states.unit(name) for name in states if name not in prompt}, "unmeasured states")
+        given = as_mapping(self.x, "ExtendedKalman.x") | as_mapping(self.deviations, "ExtendedKalman.deviations")
+        prompt = [name for name in states if name in signals and not self.late.get(name, 0) and name not in given]
+        first = Signals({name: states.unit(name) for name in states if name not in prompt}, "first estimates")
         x, spread = np.full(len(states), np.nan), np.empty(len(states))
-        columns = [states.index(name) for name in unknown]
-        x[columns] = unknown.finite_vector(as_mapping(self.x, "ExtendedKalman.x"), "ExtendedKalman.x")
-        spread[columns] = _variances(unknown, self.deviations, "ExtendedKalman.deviations")
+        columns = [states.index(name) for name in first]
+        x[columns] = first.finite_vector(self.x, "ExtendedKalman.x")
+        spread[columns] = _variances(first, self.deviations, "ExtendedKalman.deviations")
         for name in prompt:
             spread[states.index(name)] = noise[signals.index(name)]
         return RunningExtendedKalman(Transcription(problem), signals, noise, process, late, x, spread)
@@ -96,7 +97,7 @@ class _Sample:
 
 
 class RunningExtendedKalman:
-    """A filter with memory; it starts at the first sample whose prompt states have no NaN or infinity."""
+    """A filter with memory; it starts when each state without a first estimate has been measured once."""
 
     def __init__(
         self,
@@ -116,8 +117,9 @@ class RunningExtendedKalman:
         self._noise, self._process, self._late = noise, process, late
         self._first, self._spread = x, np.diag(spread)
         self._grid = np.array([]) if problem.uniform else problem.steps[:1]  # what `given` adds to the parameters
-        # Where the states stand among the measurements: those that come at once, and any.
+        # States that start at a measurement, and where that stands.
         self._prompt = [(i, signals.index(name)) for i, name in enumerate(states) if np.isnan(x[i])]
+        self._seen = x  # the last that was measured of each
         self._x: Array | None = None
         self._covariance = self._spread
         self._recent: deque[_Sample] = deque()
@@ -143,15 +145,17 @@ class RunningExtendedKalman:
             # The model has no value here: start anew at the next good sample.
             self._x, self._covariance = None, self._spread
             self._recent.clear()
+            self._seen = self._first
             return Estimate(self._of_states(measured))
         return Estimate(x, covariance)
 
     def _start(self, measured: Array) -> Estimate:
-        x = self._of_states(measured)
-        if not np.isfinite(x).all():
-            return Estimate(x)
-        self._x = x
-        return Estimate(x, self._covariance)
+        now = self._of_states(measured)
+        self._seen = np.where(np.isfinite(now), now, self._seen)
+        if not np.isfinite(self._seen).all():
+            return Estimate(self._seen.copy())
+        self._x = self._seen
+        return Estimate(self._x, self._covariance)
 
     def _of_states(self, measured: Array) -> Array:
         """Measured states, first estimates of the others."""

@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike
 
 from rumo.checks import as_mapping, as_numbers, check_signature
 from rumo.errors import ArgumentError, ShapeError
-from rumo.signals import Array, NamedArray
+from rumo.signals import Array, NamedArray, read_only
 
 
 @dataclass(frozen=True, eq=False)
 class Preview:
-    """What lies ahead.
+    """What lies ahead. It has read-only arrays of its own.
 
     Attributes
     ----------
@@ -30,6 +30,12 @@ class Preview:
 
     signals: Mapping[str, ArrayLike]
     parameters: Mapping[str, ArrayLike] = field(default_factory=dict[str, ArrayLike])
+
+    def __post_init__(self) -> None:
+        for part, argument in (("signals", "reference"), ("parameters", "preview.parameters")):
+            given = as_mapping(getattr(self, part), f"preview.{part}").items()
+            own = {name: read_only(as_numbers(values, f"{argument}[{name!r}]")) for name, values in given}
+            object.__setattr__(self, part, own)
 
 
 @runtime_checkable
@@ -89,6 +95,8 @@ class Held(OfTime):
                 raise ShapeError(
                     f"reference[{name!r}]", f"shape {level.shape}", "a number", "Give a function of times."
                 )
+            if not np.isfinite(level):
+                raise ArgumentError(f"reference[{name!r}]", repr(value), "a finite number")
         object.__setattr__(self, "values", {name: float(value) for name, value in values.items()})
 
     def __call__(self, t: Array) -> dict[str, Array]:
@@ -101,6 +109,7 @@ class _Function(OfTime):
     """A user's function of times."""
 
     function: Callable[[Array], Mapping[str, Any]]
+    argument: str
 
     def __call__(self, t: Array) -> dict[str, Array]:
         try:
@@ -109,8 +118,17 @@ class _Function(OfTime):
             if not any(part in str(error) for part in SCALARS_ONLY):
                 raise
             got = f"one that takes single numbers only ({error})"
-            raise ArgumentError("reference", got, "a function of an array of times", ARRAYS) from error
-        return as_mapping(values, "reference(t)")
+            raise ArgumentError(self.argument, got, "a function of an array of times", ARRAYS) from error
+        return as_mapping(values, f"{self.argument}(t)")
+
+
+def of_time(function: Callable[[Array], Mapping[str, Any]], argument: str) -> OfTime:
+    """A user's function of times as a reference; one that is a reference already is returned."""
+    if isinstance(function, OfTime):
+        return function
+    cure = "What depends on the state is an object with preview(times, x)."
+    check_signature(function, argument, 1, "a function of times alone", cure)
+    return _Function(function, argument)
 
 
 def as_reference(reference: object) -> Reference:
@@ -124,6 +142,4 @@ def as_reference(reference: object) -> Reference:
             "reference", repr(reference), "a function of times, or a mapping from names to numbers, or a Reference"
         )
     function: Any = reference
-    cure = "What depends on the state is an object with preview(times, x)."
-    check_signature(function, "reference", 1, "a function of times alone", cure)
-    return _Function(function)
+    return of_time(function, "reference")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from rumo.checks import as_names, positive_number
 from rumo.errors import ArgumentError, UnknownNameError
-from rumo.references.base import Preview
+from rumo.references.base import OfTime, Preview, of_time
 from rumo.signals import Array, NamedArray
 
 POINTS = 101
@@ -33,6 +33,7 @@ class Following:
     path: Callable[[Array], Mapping[str, Array]]
     position: tuple[str, ...] = ("p_x", "p_y")
     window: float = 5.0
+    _path: OfTime = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if isinstance(self.path, type) or not callable(self.path):
@@ -40,6 +41,7 @@ class Following:
         if not as_names(self.position, "position"):
             raise ArgumentError("position", "no names", 'some such as ("p_x", "p_y")')
         positive_number(self.window, "window")
+        object.__setattr__(self, "_path", of_time(self.path, "path"))
 
     def preview(self, times: Array, x: NamedArray[float]) -> Preview:
         """Signals ahead, see `Reference`."""
@@ -47,7 +49,7 @@ class Following:
         now = times[0]
         if np.isfinite(place).all():
             now = self._nearest(times[0], place)
-        return Preview(self.path(now + (times - times[0])))
+        return Preview(self._path(now + (times - times[0])))
 
     def _nearest(self, clock: float, place: Array) -> float:
         """Time of the path's nearest point, to a microsecond or so: the best of a few points, again and again."""
@@ -59,7 +61,7 @@ class Following:
         return middle
 
     def _distances(self, times: Array, place: Array) -> Array:
-        path = self.path(times)
+        path = self._path(times)
         for name in self.position:
             if name not in path:
                 raise UnknownNameError("position", name, path)

@@ -63,7 +63,7 @@ class Sampled(OfTime):
 
     def __post_init__(self) -> None:
         times = as_numbers(self.times, "times")
-        if times.ndim != 1 or not len(times) or not (np.diff(times) > 0.0).all():
+        if times.ndim != 1 or not len(times) or not (np.isfinite(times).all() and (np.diff(times) > 0.0).all()):
             raise ArgumentError("times", f"{times.tolist()}", "at least one time, ascending")
         table: dict[str, tuple[float, ...]] = {}
         for name, given in as_mapping(self.values, "values").items():
@@ -71,6 +71,8 @@ class Sampled(OfTime):
             if values.shape != times.shape:
                 expected = f"shape {times.shape}: one value for each time"
                 raise ShapeError(f"values[{name!r}]", f"shape {values.shape}", expected)
+            if not np.isfinite(values).all():
+                raise ArgumentError(f"values[{name!r}]", "NaN or infinity", "finite numbers")
             table[name] = tuple(values.tolist())
         # Data of its own, which compare.
         object.__setattr__(self, "times", tuple(times.tolist()))

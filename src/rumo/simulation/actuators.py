@@ -51,7 +51,6 @@ class Actuators:
         self._controller = controller
         delay, decided = controller.problem.delay, read_only(controller.applied)
         self._sent, self._known = _Line(decided, delay), _Line(decided, delay)
-        self._granted = decided  # what the controller has as `applied`, if nobody else has set it
         self.believed: Array = decided[0]
         self._past: list[Array] = [self.believed]
 
@@ -60,22 +59,29 @@ class Actuators:
         command = read_only(command)
         self._sent.send(k, command, (fault for fault, _ in bad))
         self._known.send(k, command, (fault for fault, _ in bad if fault.known))
-        self._granted = np.vstack([self._granted[1:], command])
 
     def move(self, k: int, bad: Sequence[tuple[Fault, int]]) -> Array:
         """What is applied from sample k to the next (nu,): decided before its step with a delay, by it without.
 
-        The controller is told where it takes for granted what is known to be otherwise.
+        The controller is told.
         """
         inputs = self._controller.problem.model.inputs
         applied, believed = self._sent.receive(k), self._known.receive(k)
         for fault, before in bad:
-            applied = fault.act(applied.copy(), self._past, before, inputs)
+            argument = f"{type(fault).__name__}.act()"
+            applied = inputs.finite_vector(fault.act(applied.copy(), self._past, before, inputs), argument)
             if fault.known:
-                believed = fault.act(believed.copy(), self._past, before, inputs)
+                believed = inputs.finite_vector(fault.act(believed.copy(), self._past, before, inputs), argument)
         self.believed = read_only(believed)
         self._past.append(read_only(applied))
-        decided = np.array([self.believed, *self._known.ahead(k)])
-        if not np.array_equal(decided, self._granted):
-            self._controller.applied = self._granted = decided
+        self.tell(k)
         return self._past[-1]
+
+    def tell(self, k: int) -> None:
+        """Tell the controller what is decided at sample k, where it takes anything else for granted.
+
+        A fault may be known, a sample have been skipped, the controller have been reset.
+        """
+        decided = np.array([self.believed, *self._known.ahead(k)])
+        if not np.array_equal(decided, self._controller.applied):
+            self._controller.applied = decided

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from copy import copy
 from math import isclose
 from typing import Any, Protocol, runtime_checkable
 
@@ -100,20 +101,24 @@ def _signals(units: Mapping[str, str] | Signals, role: str) -> Signals:
     return units if isinstance(units, Signals) else Signals(units, role)
 
 
-def as_plant(plant: object, sampling_time: float) -> Plant | ForeignPlant:
-    """A plant from whatever can be one: a name in the registry, a model, a `Plant`, anything `PlantLike`."""
+def check_plant(plant: object) -> None:
+    """Raise unless it can be a plant: a name in the registry, a model, a `Plant`, anything `PlantLike`."""
     if isinstance(plant, str):
         if plant not in MODELS:
             raise UnknownNameError("plant", plant, MODELS)
+    elif not isinstance(plant, Model | PlantLike) or isinstance(plant, type):
+        expected = "a rumo.Model, or anything with states, inputs and advance(x, u, p)"
+        raise ArgumentError("plant", repr(plant), expected)
+
+
+def as_plant(plant: Any, sampling_time: float) -> Plant | ForeignPlant:
+    """A plant from whatever can be one; of a `Plant` a copy, so that no two loops share a memory."""
+    check_plant(plant)
+    if isinstance(plant, str):
         plant = MODELS[plant]()
     if isinstance(plant, Model):
         return Plant(plant, sampling_time)
-    if not isinstance(plant, Plant):
-        if not isinstance(plant, PlantLike) or isinstance(plant, type):
-            raise ArgumentError(
-                "plant", repr(plant), "a rumo.Model, or anything with states, inputs and advance(x, u, p)"
-            )
-        plant = ForeignPlant(plant, sampling_time)
+    plant = copy(plant) if isinstance(plant, Plant) else ForeignPlant(plant, sampling_time)
     if not isclose(plant.sampling_time, sampling_time):
         raise ArgumentError(
             "plant", f"a sampling time of {plant.sampling_time:g} s", f"the problem's {sampling_time:g} s"

@@ -7,12 +7,13 @@ from collections.abc import Generator, Mapping, Sequence
 from contextlib import ExitStack
 from math import isclose
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from rumo.checks import as_mapping, checked
 from rumo.controllers import Controller
-from rumo.errors import ArgumentError, PlantError
+from rumo.errors import ArgumentError, CallOrderError, PlantError
 from rumo.estimation import Unfiltered
 from rumo.estimation.base import as_estimate, started
 from rumo.interrupts import interruptible
@@ -31,10 +32,17 @@ if TYPE_CHECKING:
     from rumo.simulation.scenario import Scenario
 
 
+_RUNS: WeakKeyDictionary[Controller, object] = WeakKeyDictionary()
+"""The latest run of each controller."""
+
+
 class ClosedLoop:
     """A scenario, sample by sample: `for sample in ClosedLoop(scenario)`. Each such loop is a new run.
 
-    Between two samples the controller may be changed; the sample's input is applied when the next sample is asked for.
+    Between two samples the controller may be changed, or reset; before its next step it is told again which inputs are
+    decided. The sample's input is applied when the next sample is asked for.
+
+    Only one run at a time has a controller: the one that was started last.
 
     Parameters
     ----------
@@ -101,6 +109,7 @@ class ClosedLoop:
         with interruptible():
             estimator = started(scenario.estimator or Unfiltered(), problem, sensors.signals.names)
         plant.reset()
+        _RUNS[controller] = run = object()
         controller.reset(applied=scenario.applied)
         actuators = Actuators(controller)
         columns = [plant.inputs.index(name) for name in model.inputs]
@@ -117,7 +126,8 @@ class ClosedLoop:
                 measured = received = read_only(sensors.read(k, state, held, given))
                 readings.append(measured)
                 for fault, before in bad:
-                    received = fault.sense(received.copy(), readings, before, sensors.signals)
+                    said = fault.sense(received.copy(), readings, before, sensors.signals)
+                    received = sensors.signals.vector(said, f"{type(fault).__name__}.sense()")
                 received = read_only(received)
                 true = self._states(state, held, given), self._outputs(state, held, given)
 
@@ -131,6 +141,8 @@ class ClosedLoop:
                 # With a delay, what arrives now was decided before; without, it is what is computed now.
                 if problem.delay:
                     held[columns] = actuators.move(k, bad)
+                else:
+                    actuators.tell(k)
                 plan = _step(controller, x, preview, bad)
                 if plan is not None:
                     actuators.send(k, plan.command.values, bad)
@@ -158,6 +170,10 @@ class ClosedLoop:
                     state = read_only(plant.advance(state, held, given))
                 except PlantError as error:
                     raise PlantError(f"At t = {t:g} s: {error}") from None
+                if _RUNS.get(controller) is not run:
+                    raise CallOrderError(
+                        "The controller was given to another run: each run at the same time needs its own."
+                    )
         finally:
             previewed.look({})  # the others were this run's
 

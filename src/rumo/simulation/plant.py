@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import casadi as ca
@@ -17,6 +18,8 @@ from rumo.signals import Array, Signals
 
 class Plant:
     """A model advanced by CVODES, or IDAS if it has algebraic variables (BDF; Hindmarsh et al., 2005).
+
+    Threads must not share one: each takes a `copy.copy`, as each `ClosedLoop` does.
 
     Parameters
     ----------
@@ -67,8 +70,9 @@ class Plant:
             "disable_internal_warnings": True,
         }
         method = "idas" if len(model.algebraic) else "cvodes"
+        self._integrator = partial(ca.integrator, "plant", method, equations, 0.0, sampling_time, options)
         with interruptible():
-            self._integrate = ca.integrator("plant", method, equations, 0.0, sampling_time, options)
+            self._integrate = self._integrator()
         self.reset()
 
     def reset(self) -> None:
@@ -110,6 +114,13 @@ class Plant:
             rows = rows(solve(model.algebraic_guess, *given), *given)
         function = ca.Function("observer", given, [rows])
         return lambda x, u, p: function(x, u, p).full().ravel()
+
+    def __copy__(self) -> Plant:
+        """The same, with an integrator and a memory of its own."""
+        twin = object.__new__(type(self))
+        with interruptible():
+            vars(twin).update(vars(self), _integrate=self._integrator())
+        return twin
 
     def __reduce__(self) -> tuple[type[Plant], tuple[object, ...]]:
         return Plant, self._settings

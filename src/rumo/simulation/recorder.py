@@ -11,7 +11,7 @@ from rumo.checks import as_numbers, checked, finite_number, whole_number
 from rumo.controllers import Controller
 from rumo.controllers.arguments import ReferenceWindow, reference_window
 from rumo.draft import parameter_table
-from rumo.errors import ShapeError, UnknownNameError
+from rumo.errors import ArgumentError, ShapeError, UnknownNameError
 from rumo.interrupts import interruptible
 from rumo.model import Model
 from rumo.plan import Plan
@@ -92,7 +92,7 @@ class Recorder:
         plan : Plan or None
             What the controller answered; None where it did not run.
         time : float
-            Of the sample [s].
+            Of the sample, later than that of the one before [s].
         measured : mapping or array_like (m,), optional
             What was measured.
         estimated : mapping or array_like (nx,), optional
@@ -106,6 +106,9 @@ class Recorder:
             `estimated_deviation`, `true_states`, `true_outputs`.
         """
         signals = self._signals
+        time = finite_number(time, "time")
+        if self._rows and time <= self._rows[-1]["time"]:
+            raise ArgumentError("time", f"{time:g} s", f"one after the last sample's, {self._rows[-1]['time']:g} s")
         if plan is not None:
             checked(plan, "plan", Plan, "It is what controller.step(...) returns.")
         for name in others:
@@ -115,7 +118,7 @@ class Recorder:
         said = self._vector(self._measured, measured, "measured")
         got = self._vector(self._measured, others.pop("received", measured), "received")
         row: dict[str, Any] = {
-            "time": finite_number(time, "time"),
+            "time": time,
             "applied": self._vector(signals["input"], applied, "applied"),
             "reference": self._wanted(reference),
         }

@@ -12,7 +12,9 @@ from rumo.signals import Array, NamedArray
 
 @dataclass(frozen=True)
 class Sample:
-    """Everything that is known at a sample, when its input is about to be applied. Its arrays cannot be written to.
+    """Everything that is known at a sample, when its input is about to be applied.
+
+    Its arrays are read-only, but for the plan's.
 
     Attributes
     ----------

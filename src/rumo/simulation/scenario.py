@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, field
 from math import isclose
 from typing import TYPE_CHECKING, Any
@@ -22,7 +23,7 @@ from rumo.references import ReferenceLike, as_reference
 from rumo.registry import CONTROLLERS, DISCRETIZATIONS
 from rumo.signals import Signals, Values
 from rumo.simulation.faults import Fault
-from rumo.simulation.foreign import PlantLike
+from rumo.simulation.foreign import PlantLike, check_plant
 from rumo.simulation.loop import ClosedLoop
 from rumo.simulation.plant import Plant
 from rumo.simulation.run import record
@@ -38,7 +39,7 @@ class Scenario:
     """A run before it is run: who controls what, what is wanted, and what gets in the way.
 
     It is data: it can be copied, changed with `dataclasses.replace`, and sent to another process, as long as what it is
-    made of can. A lambda cannot; `rumo.references` has references that can.
+    made of can. A lambda cannot; `rumo.references` has references that can. Arrays and mappings are copied.
 
     Parameters
     ----------
@@ -102,19 +103,24 @@ class Scenario:
         if not isinstance(duration, int | float | np.number) or not (dt <= duration < np.inf or isclose(duration, dt)):
             raise ArgumentError("duration", repr(duration), f"at least one sampling time of {dt:g} s, finite")
         whole_number(self.seed, "seed", 0, most=np.inf)
+        check_plant(self.plant)
         as_reference(self.reference)
         checked(self.sensors, "sensors", Sensors)
         if self.estimator is not None:
             check_estimator(self.estimator)
-        for name, disturbance in as_mapping(self.disturbances, "disturbances").items():
+        disturbances = as_mapping(self.disturbances, "disturbances")
+        for name, disturbance in disturbances.items():
             check_disturbance(disturbance, f"disturbances[{name!r}]")
         if not isinstance(self.faults, tuple | list):
             raise ArgumentError("faults", repr(self.faults), "a tuple such as (Missing(when=range(10, 15)),)")
         for fault in self.faults:
             checked(fault, "faults", Fault)
-        object.__setattr__(self, "faults", tuple(self.faults))
+        own = {"x": _own(self.x), "applied": _own(self.applied), "disturbances": disturbances}
+        for name, value in {**own, "faults": tuple(self.faults)}.items():
+            object.__setattr__(self, name, value)
         self._check_faults()
         self._controller_class()
+        self._scheme()
 
     @property
     def samples(self) -> int:
@@ -154,20 +160,22 @@ class Scenario:
             if not issubclass(kind, RealTimeIteration):
                 raise ArgumentError("backend", repr(self.backend), f"nothing: {kind.__name__} has only one")
             options["backend"] = self.backend
-        scheme = self.discretization
-        if isinstance(scheme, str):
-            if scheme not in DISCRETIZATIONS:
-                raise UnknownNameError("discretization", scheme, DISCRETIZATIONS)
-            scheme = DISCRETIZATIONS[scheme]()
-        return kind(self.problem, scheme, **options)
+        return kind(self.problem, self._scheme(), **options)
 
     def _check_faults(self) -> None:
         """Raise for a fault of a signal that there is not."""
         model = self.problem.model
-        names = model.states.names if self.sensors.measured is None else self.sensors.measured
-        measured = Signals(dict.fromkeys(names, "as the plant says"), "measured")
+        measured = Signals(dict.fromkeys(self.sensors.names(model), "as the plant says"), "measured")
         for fault in self.faults:
             fault.check(measured, model.inputs)
+
+    def _scheme(self) -> Discretization | None:
+        scheme = self.discretization
+        if not isinstance(scheme, str):
+            return scheme
+        if scheme not in DISCRETIZATIONS:
+            raise UnknownNameError("discretization", scheme, DISCRETIZATIONS)
+        return DISCRETIZATIONS[scheme]()
 
     def _controller_class(self) -> type[Controller]:
         kind = self.controller
@@ -180,6 +188,10 @@ class Scenario:
                 "controller", repr(kind), f"one of {', '.join(CONTROLLERS)}, or a class", "Settings go to settings=."
             )
         return kind
+
+
+def _own(values: Any) -> Any:
+    return dict(values) if isinstance(values, Mapping) else deepcopy(values)
 
 
 def simulate(
@@ -253,7 +265,7 @@ def simulate(
         sensors=Sensors() if sensors is None else sensors,
         estimator=estimator,
         disturbances=disturbances or {},
-        faults=tuple(faults),
+        faults=faults,
         seed=seed,
     )
     return scenario.run(controller, progress)

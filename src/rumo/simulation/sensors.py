@@ -44,9 +44,13 @@ class Sensors:
         as_mapping(self.noise, "noise")
         as_mapping(self.late, "late")
 
+    def names(self, model: Model) -> tuple[str, ...]:
+        """What is measured, for a controller of this model."""
+        return model.states.names if self.measured is None else tuple(self.measured)
+
     def signals(self, plant: AnyPlant, model: Model) -> Signals:
         """Names and units of what is measured; raises unless these settings, plant and model fit together."""
-        names = model.states.names if self.measured is None else tuple(self.measured)
+        names = self.names(model)
         known = (*plant.states, *plant.outputs)
         for name in names:
             if name not in known:

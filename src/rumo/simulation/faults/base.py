@@ -31,13 +31,14 @@ class Fault:
                 raise ArgumentError("when", repr(self.when), "samples one after the other, from 0 on")
             return
         try:
-            start, end = (float(time) for time in self.when)
+            start, end = (float(time) for time in self.when if not isinstance(time, str))
         except (TypeError, ValueError):
             raise ArgumentError(
                 "when", repr(self.when), "range(first, end) of samples, or (start, end) in seconds"
             ) from None
         if not 0.0 <= start <= end or start == np.inf:
             raise ArgumentError("when", repr(self.when), "a start of at least 0 s, and an end after it")
+        object.__setattr__(self, "when", (start, end))
 
     def samples(self, sampling_time: float) -> range:
         """The bad samples."""
