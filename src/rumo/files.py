@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from errno import EIO
 from pathlib import Path
 from secrets import token_hex
@@ -15,7 +16,7 @@ def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
     Parameters
     ----------
     path : str or Path
-        Where the file shall be; the folder must exist.
+        Where the file shall be; the folder must exist. A link stays one, to what is written.
     write : callable
         Writes a file to the path that it is given, with the same suffix.
 
@@ -26,12 +27,14 @@ def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
     """
     path = Path(path)
     # A name by chance, of a file that is not there until it is written: nothing is left if Ctrl-C comes before.
-    temporary = path.with_name(f".{path.stem}-{token_hex(8)}{path.suffix}")
+    place = Path(os.path.realpath(path))
+    temporary = place.with_name(f".{token_hex(8)}{path.suffix}")
     try:
         write(temporary)
-        os.replace(temporary, path)
+        os.replace(temporary, place)
     except OSError as error:
         raise OSError(error.errno or EIO, error.strerror or str(error), str(path)) from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # it has moved, or the error before says more
+            temporary.unlink()
     return path

@@ -110,6 +110,12 @@ def test_command_is_installed():
     assert result.stdout.strip() == f"rumo {rumo.__version__}"
 
 
+def test_next_to_nothing_is_imported_before_ctrl_c_is_heeded():
+    code = "import sys, rumo; before = set(sys.modules); import rumo.cli; print(sorted(set(sys.modules) - before))"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "['rumo.cli', 'rumo.cli.entry']"
+
+
 def test_import_leaves_the_heavy_libraries_alone():
     heavy = ("numpy", "casadi", "scipy", "xarray", "matplotlib", "plotly", "rich", "typer")
     code = f"import sys, rumo.cli; print([name for name in {heavy} if name in sys.modules])"
@@ -225,6 +231,12 @@ def test_a_full_disk_is_one_line():
         )
     assert result.returncode == 1
     assert result.stderr == "Error: the output cannot be written: [Errno 28] No space left on device\n"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_mistake_has_its_exit_code_where_nobody_hears_of_it():
+    with open("/dev/full", "w") as full:
+        assert subprocess.run([sys.executable, "-m", "rumo", "nosuch"], stderr=full, check=False).returncode == 2
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pipes of another kind")

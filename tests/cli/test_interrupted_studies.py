@@ -10,6 +10,7 @@ import time
 from threading import Timer
 
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import rumo.bench
@@ -19,7 +20,7 @@ from rumo.cli.app import app
 from rumo.cli.sequence import run_study
 from rumo.references import SinePath
 from rumo.references.base import OfTime
-from rumo.simulation import load
+from rumo.simulation import Scenario, load
 from rumo.studies import PaperStudy
 from rumo.studies.base import carry_out
 from rumo.studies.linearization import LinearizationStudy
@@ -171,6 +172,21 @@ def test_ctrl_c_in_the_benchmark_leaves_what_was_measured(monkeypatch):
     content = json.loads(result.stdout)
     assert content["complete"] is False
     assert list(content["controllers"]) == ["rti"]
+
+
+def test_nothing_of_an_earlier_study_stays_beside_what_is_written(tmp_path, monkeypatch):
+    study = PaperStudy(("rti", "ltv"), duration=0.08)
+    monkeypatch.setattr(rumo.report.figures, "draw", lambda _: Figure())
+    run_study(study, tmp_path, quiet=True)
+    for name in ("log-rti.nc", "log-ltv.nc", "summary.json", "wind.png", "step-time-ltv.pdf"):
+        assert (tmp_path / name).exists()
+    mine = [tmp_path / name for name in ("map.png", "run.nc", "notes-wind.pdf")]
+    for path in mine:
+        path.write_text("mine")
+    monkeypatch.setattr(Scenario, "run", ctrl_c)
+    with pytest.raises(EXIT):
+        run_study(study, tmp_path, quiet=True)
+    assert set(tmp_path.iterdir()) == {*mine, tmp_path / "summary.json", tmp_path / "report.html"}
 
 
 def test_what_was_driven_before_an_error_is_kept(tmp_path, monkeypatch):

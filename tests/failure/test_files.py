@@ -28,6 +28,23 @@ def test_a_file_replaces_the_old_one_under_its_name(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_a_link_stays_one(tmp_path):
+    path, link = tmp_path / "summary.json", tmp_path / "link.json"
+    path.write_text("old")
+    link.symlink_to(path)
+    assert write_whole(link, lambda place: place.write_text("new")) == link
+    assert link.is_symlink()
+    assert path.read_text() == "new"
+
+
+@pytest.mark.parametrize("name", ["x" * 400, "x/summary.json"])
+def test_an_error_names_the_file_that_was_wanted(tmp_path, name):
+    with pytest.raises(OSError) as error:  # noqa: PT011 -- the message is the system's
+        write_whole(tmp_path / name, lambda place: place.write_text("new"))
+    assert error.value.filename == str(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
 def test_an_error_says_which_file(tmp_path):
     def fill(place):
         raise OSError(28, "No space left on device")

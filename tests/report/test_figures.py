@@ -118,15 +118,12 @@ def shown():
     import matplotlib as mpl
 
     mpl.use("Agg")
-    figures = []
 
     def draw_log(log):
-        figures.append(rumo.show(log))
-        return {axes.get_title(loc="left").split()[0]: axes for axes in figures[-1].axes}, figures[-1]
+        figure = rumo.show(log)
+        return {axes.get_title(loc="left").split()[0]: axes for axes in figure.axes}, figure
 
-    yield draw_log
-    for figure in figures:
-        mpl.pyplot.close(figure)
+    return draw_log
 
 
 def names_of(axes):
@@ -196,12 +193,33 @@ def test_show_draws_limits_that_are_near(shown):
     assert drawn <= {float(log.input_lower[0, 0]), float(log.input_upper[0, 0])}
 
 
-def test_show_draws_limits_that_change(shown):
+def test_show_draws_limits_that_change_as_it_draws_others(shown):
     controller = rumo.RealTimeIteration(pendulum())
     log = rumo.simulate(controller, controller.problem.model, [0.1, 0.0], {"angle": 0.5}, 0.5)
     log["input_upper"][5:] = 1.0
-    line = next(line for line in shown(log)[0]["torque"].lines if line.get_label() == "Limit")
+    *_, line = (line for line in shown(log)[0]["torque"].lines if line.get_label() == "Limit")
     assert line.get_ydata().tolist() == [2.0] * 5 + [1.0] * 6  # the last is held as long as the others
+    log["input_upper"][5:] = 5000.0
+    log["input_upper"][:5] = 4000.0
+    torque = shown(log)[0]["torque"]
+    assert torque.get_ylim()[1] < 10.0
+    assert "4000 to 5000" in torque.get_title(loc="right")
+    log["input_upper"][:] = np.inf
+    assert "5000" not in shown(log)[0]["torque"].get_title(loc="right")
+
+
+def test_show_draws_a_recording_shorter_than_the_delay(shown):
+    controller = rumo.RealTimeIteration(pendulum(delay=2), backend="reference")
+    recorder = Recorder(controller)
+    recorder.add(controller.step([0.1, 0.0], {"angle": 0.0}), time=0.0, measured=[0.1, 0.0], reference={"angle": 0.0})
+    assert "torque" not in shown(recorder.log())[0]
+
+
+def test_figures_are_kept_for_windows_only(shown):
+    import matplotlib.pyplot as plt
+
+    _, figure = shown(Recorder(rumo.RealTimeIteration(pendulum(), backend="reference")).log())
+    assert not plt.fignum_exists(figure.number)
 
 
 @pytest.mark.parametrize("name", ["angle", "an_angle_that_has_a_rather_long_name"])

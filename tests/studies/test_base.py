@@ -9,9 +9,11 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 
+import rumo
 from rumo.report.contents import Report
 from rumo.report.figures import draw
 from rumo.report.page import write_page
+from rumo.simulation import Constant, load, save
 from rumo.studies import PaperStudy
 from rumo.studies.base import carry_out, nested, shared_controller
 from rumo.studies.discretization import CASES, DiscretizationStudy
@@ -73,12 +75,40 @@ def test_a_value_of_a_sweep_is_reported_only_if_all_have_driven_it():
 
 
 def test_controllers_are_shared_by_what_they_are_made_of():
-    made = []
+    run, other = list(STUDIES["faults"].runs().values())[:2]
+    scenario = run.scenario
+    controller = shared_controller(scenario)
+    assert shared_controller(other.scenario) is controller
+    for changes in ({"settings": {"gate": rumo.InnovationGate(9.0)}}, {"backend": "reference"}):
+        assert shared_controller(replace(scenario, **changes)) is not controller
 
-    def make(*arguments):
-        made.append(arguments)
-        return object()
 
-    assert shared_controller(make, 1) is shared_controller(make, 1)
-    shared_controller(make, 2)
-    assert made == [(1,), (2,)]
+@pytest.mark.parametrize(
+    "study",
+    [FaultStudy(("rti",), ("none",), gate=None), LinearizationStudy(("rti", "nlp"), {"initial_error": (8.0,)})],
+    ids=["faults", "linearization"],
+)
+def test_a_scenario_is_all_that_decides_a_run(study):
+    for run in study.runs().values():
+        made, shared = run.scenario.make_controller(), shared_controller(run.scenario)
+        assert made.settings == shared.settings
+        assert made.settings.gate is None
+
+
+def test_a_seed_of_any_size_is_kept_in_a_log(tmp_path):
+    log = PaperStudy(("rti",), seed=10**20, duration=0.08).run()["rti"]
+    assert int(load(save(log, tmp_path / "run.nc")).attrs["seed"]) == 10**20
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, "in wind, with noisy, filtered measurements"),
+        ({"estimator": None, "wind": Constant(3.0)}, "in wind, with noisy, unfiltered measurements"),
+        ({"noise": {"p_x": 0.0}, "wind": Constant(0.0)}, "without wind, with exact, filtered measurements"),
+    ],
+)
+def test_reports_say_what_was_driven(changes, words):
+    assert words in PaperStudy(**changes).report({}).lead
+    faults = FaultStudy(base=PaperStudy(**changes)).report({}).lead
+    assert words.replace(" filtered", " unfiltered") in faults

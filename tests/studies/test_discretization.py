@@ -195,7 +195,7 @@ def test_bad_settings(changes, message):
 def test_a_backend_without_a_clock_is_refused(monkeypatch):
     monkeypatch.setenv("RUMO_BACKEND", "reference")
     with pytest.raises(rumo.ArgumentError, match="Unset RUMO_BACKEND, or choose one"):
-        DiscretizationStudy(("van-der-pol",), ("radau2",)).run()
+        DiscretizationStudy(("van-der-pol",), ("radau2",))
 
 
 def test_command(tmp_path):

@@ -13,7 +13,7 @@ import rumo.simulation.faults
 from rumo.cli.app import app
 from rumo.report.figures import draw
 from rumo.report.plots import plot
-from rumo.studies.faults import FAULTS, Drive, FaultStudy, Trouble
+from rumo.studies.faults import BASE, FAULTS, Drive, FaultStudy, Trouble
 from rumo.studies.faults.report import fault_panels, faults_table, outcome
 
 SHORT = FaultStudy(faults=("none", "nan", "jump", "frozen", "failure", "budget"), duration=4.2)
@@ -188,6 +188,14 @@ def test_print_and_page_show_the_same(drives):
             for drawn, line in zip(axes.lines, reversed(lines), strict=True):
                 np.testing.assert_array_equal(drawn.get_ydata(), line.y)
                 np.testing.assert_array_equal(next(traces).y, line.y)
+
+
+def test_bad_samples_are_counted_in_those_of_the_drive():
+    study = FaultStudy(base=replace(BASE, sampling_time=0.08), start=3.0, count=5)
+    assert study.bad == range(38, 43)
+    assert "after 3.04 s come 5 bad samples" in study.report({}).lead
+    with pytest.raises(rumo.ArgumentError, match=r"expected at least 3\.52 s, to see"):
+        replace(study, duration=3.5)
 
 
 @pytest.mark.parametrize(

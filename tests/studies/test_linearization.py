@@ -186,6 +186,9 @@ def test_findings_follow_the_numbers(content):
         " Where neither is lost, LTV costs 50 % less at 0 m to 200 % more at 4 m than the direct NLP."
         " LTV tracks closer than RTI at 4 m."
     )
+    rti[0]["cost_over_nlp"], ltv[0]["cost_over_nlp"] = 1.0 - 1e-9, 1.0 + 1e-9
+    assert "RTI costs as much as the direct NLP. Where" in findings(other)[0]
+    assert "LTV costs nothing more at 0 m to 200 % more at 4 m than the direct NLP." in findings(other)[0]
     nlp[0]["unsolved_share"] = nlp[1]["unsolved_share"] = 0.1  # an NLP without a solution is nothing to compare with
     assert "than the direct NLP" not in findings(other)[0]
 

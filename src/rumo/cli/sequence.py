@@ -70,6 +70,7 @@ def _results(study: Study, folder: Path, told: Told) -> tuple[dict[Key, Any], Ba
 
     results: dict[Key, Any] = {}
     runs = study.runs()
+    _clear(folder)
 
     def keep(key: Key, log: Any) -> None:
         if study.keeps_logs and log is not None:
@@ -87,6 +88,18 @@ def _results(study: Study, folder: Path, told: Told) -> tuple[dict[Key, Any], Ba
                 keep(next(key for key in runs if key not in results), log.assign_attrs(complete="no"))
         return results, stopped
     return results, None
+
+
+def _clear(folder: Path) -> None:
+    """Delete what an earlier study has left in the folder, of which the summary will not tell."""
+    from rumo.report.figures import ENDINGS
+    from rumo.report.page import figures_of
+
+    page = folder / "report.html"
+    figures = [folder / f"{key}.{ending}" for key in figures_of(page) for ending in ENDINGS]
+    for path in (folder / "summary.json", *folder.glob("log-*.nc"), *figures, page):
+        if path.is_file() and not path.is_symlink():  # what links lead to is written anew
+            path.unlink()
 
 
 def _write(study: Study, results: dict[Key, Any], stopped: BaseException | None, folder: Path) -> Report:

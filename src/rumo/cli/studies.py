@@ -16,7 +16,9 @@ study = typer.Typer(help="Run a study and write its report.", no_args_is_help=Tr
 
 Controllers = Annotated[str, typer.Option(help="Which controllers drive, comma-separated.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of wind and noise.")]
-Output = Annotated[Path, typer.Option(help="Folder for logs, figures and report.")]
+Output = Annotated[
+    Path, typer.Option(help="Folder for logs, figures and report; those of an earlier study are deleted.")
+]
 
 
 @study.command()

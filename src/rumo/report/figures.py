@@ -29,6 +29,10 @@ MARKERS = {
 }
 LEGEND_COLUMNS = 5
 FEW_DECADES = 2.5
+WINDOWLESS = ("agg", "cairo", "pdf", "pgf", "ps", "svg", "template")
+"""Backends of matplotlib that only write files."""
+ENDINGS = ("png", "pdf")
+"""Of the files of a figure."""
 STYLE: Any = {
     "figure.figsize": (7.0, 3.6),
     "figure.dpi": 150,
@@ -118,6 +122,16 @@ def _draw_panels(content: Panels) -> Figure:
         return figure
 
 
+def forget_unless_windows(figure: Figure) -> None:
+    """Let pyplot forget a figure of its own where it could never show it: it would keep it for the whole process."""
+    import matplotlib.pyplot as plt
+
+    if plt.get_backend().lower() in WINDOWLESS:
+        canvas = figure.canvas
+        plt.close(figure)
+        figure.set_canvas(canvas)  # which closing may take
+
+
 def _scale(axes: Any, content: Chart | Panels) -> None:
     from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
@@ -152,7 +166,7 @@ def write_figures(contents: Iterable[Chart | Panels], folder: Path) -> list[Path
         figure = draw(content)
         figure.draw_without_rendering()  # lays it out, once for both files
         figure.set_layout_engine("none")
-        for ending in ("png", "pdf"):
+        for ending in ENDINGS:
             paths.append(folder / f"{content.key}.{ending}")
             metadata = {"CreationDate": None} if ending == "pdf" else {}
             write_whole(paths[-1], partial(figure.savefig, metadata=metadata))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -77,6 +78,12 @@ def write_page(path: Path, report: Report) -> None:
 </body></html>
 """
     write_whole(path, lambda place: place.write_text(html, encoding="utf-8"))
+
+
+def figures_of(path: Path) -> list[str]:
+    """Keys of the figures on a page, which `write_page` has written; none if it is not there."""
+    html = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+    return re.findall(r'<div id="([\w-]+)" class="plotly-graph-div"></div>', html)
 
 
 def _html(content: str | Table | Chart | Panels) -> str:

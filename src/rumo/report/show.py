@@ -9,7 +9,7 @@ import numpy as np
 
 from rumo.errors import ArgumentError
 from rumo.report.charts import LIMIT, NEUTRAL, REFERENCE, Look
-from rumo.report.figures import DASHES, STYLE
+from rumo.report.figures import DASHES, STYLE, forget_unless_windows
 from rumo.signals import Array
 from rumo.simulation.log import names, signal
 from rumo.status import Status
@@ -48,11 +48,11 @@ class _Curve:
 
 @dataclass
 class _Panel:
-    """A signal: its curves, of which the first say how far the axis reaches, and its limits."""
+    """A signal: its curves, of which the first say how far the axis reaches, and its limits at each sample."""
 
     title: str
     curves: list[_Curve] = field(default_factory=list[_Curve])
-    limits: tuple[float, ...] = ()
+    limits: list[Array] = field(default_factory=list[Array])
 
 
 def show(log: xr.Dataset) -> Figure:
@@ -71,7 +71,7 @@ def show(log: xr.Dataset) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Shown at once in a notebook or an interactive session; elsewhere, `figure.savefig(...)`.
+        Shown at once in a notebook or an interactive session; elsewhere, `plt.show()` or `figure.savefig(...)`.
     """
     import matplotlib.pyplot as plt
 
@@ -105,6 +105,8 @@ def show(log: xr.Dataset) -> Figure:
         figure.suptitle(str(log.attrs.get("title", "")))
     if plt.isinteractive():
         plt.show()
+    else:
+        forget_unless_windows(figure)
     return figure
 
 
@@ -163,7 +165,7 @@ def _of_input(log: xr.Dataset, name: str) -> _Panel:
 
 
 def _of_constraint(log: xr.Dataset, name: str) -> _Panel:
-    panel = _Panel(_title(log, "constraint", name), limits=(0.0,))
+    panel = _Panel(_title(log, "constraint", name), limits=[np.zeros(log.sizes["time"])])
     _add(panel, "Plant", _values(log, "true_constraints", name), PLANT)
     return panel
 
@@ -192,7 +194,7 @@ def _same(values: Array | None, others: Array | None) -> bool:
 
 
 def _add(panel: _Panel, name: str, values: Array | None, look: Look, steps: bool = False, dots: bool = False) -> None:
-    if values is not None:
+    if values is not None and np.isfinite(values).any():
         panel.curves.append(_Curve(name, values, look, steps, dots))
 
 
@@ -202,10 +204,9 @@ def _limited(panel: _Panel, log: xr.Dataset, dim: str, name: str) -> _Panel:
     ]
     for side in found:
         values = log[side].sel({dim: name}).to_numpy()
-        if len(np.unique(values)) > 1:
-            panel.curves.append(_Curve("Limit", np.where(np.isinf(values), np.nan, values), LIMIT, steps=True))
-        elif values.size and np.isfinite(values).all():
-            panel.limits += (float(values.flat[0]),)
+        if np.isfinite(values).any():
+            values = np.where(np.isinf(values), np.nan, values)
+            panel.limits.append(np.broadcast_to(values, log.sizes["time"]))
     return panel
 
 
@@ -234,11 +235,13 @@ def _draw(axes: Any, times: Array, panel: _Panel, largest: float) -> None:
     low, high = _reach(panel, largest)
     span, far = high - low, list[str]()
     for limit in panel.limits:
-        if low - span <= limit <= high + span:
-            axes.axhline(limit, color=LIMIT.color, linestyle=DASHES[LIMIT.dash], linewidth=1.0, label="Limit")
-            low, high = min(low, limit), max(high, limit)
+        near = limit[(low - span <= limit) & (limit <= high + span)]
+        if near.size:
+            style = {"color": LIMIT.color, "linestyle": DASHES[LIMIT.dash], "linewidth": 1.0, "label": "Limit"}
+            axes.plot(times, np.append(limit, limit[-1]), drawstyle="steps-post", **style)
+            low, high = min(low, float(near.min())), max(high, float(near.max()))
         else:
-            far.append(f"{limit:.4g}")
+            far.append(" to ".join(f"{value:.4g}" for value in dict.fromkeys((np.nanmin(limit), np.nanmax(limit)))))
     axes.set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
     if far:  # they would flatten the curves
         note = f"limit{'s' if len(far) > 1 else ''} {', '.join(far)}"
@@ -261,7 +264,8 @@ def _reach(panel: _Panel, largest: float) -> tuple[float, float]:
             low, high = float(near.min(initial=low)), float(near.max(initial=high))
         else:
             low, high = min(low, least), max(high, most)
-    limit, size = min(map(abs, panel.limits), default=0.0), max(abs(low), abs(high))
+    limit = min((float(np.nanmin(np.abs(values))) for values in panel.limits), default=0.0)
+    size = max(abs(low), abs(high))
     if high - low > max(FLAT * limit, FLAT * size if size > NOTHING * largest else 0.0, NOTHING * largest):
         return low, high
     middle = 0.5 * (low + high)

@@ -196,7 +196,7 @@ class Recorder:
             "controller": self._controller.name,
             "model": model.name,
             "plant_model": plant_name,
-            "seed": self._seed,
+            "seed": self._seed if self._seed < 2**63 else str(self._seed),  # more than a file takes as a number
             "sampling_time_s": problem.sampling_time,
             "horizon": problem.horizon,
             "delay": problem.delay,

@@ -56,8 +56,8 @@ class Scenario:
         [s].
     controller : str or type
         Name in `rumo.registry.CONTROLLERS`, or a class of yours.
-    settings : object, optional
-        Of the controller; its defaults if not given.
+    settings : object or mapping of str to object, optional
+        Of the controller; its defaults if not given, and what a mapping such as `{"gate": None}` does not name.
     discretization : Discretization or str, optional
         Of the controller: a scheme, or a name in `rumo.registry.DISCRETIZATIONS`; implicit Euler if not given.
     backend : str, optional
@@ -87,7 +87,7 @@ class Scenario:
     reference: ReferenceLike
     duration: float
     controller: str | type[Controller] = "rti"
-    settings: object | None = None
+    settings: object | Mapping[str, Any] | None = None
     discretization: Discretization | str | None = None
     backend: str | None = None
     applied: Mapping[str, float] | ArrayLike | None = None
@@ -156,6 +156,8 @@ class Scenario:
         """A new controller, as this scenario wants it."""
         kind: Any = self._controller_class()  # a class of the user's is made as ours are
         options: dict[str, Any] = {} if self.settings is None else {"settings": self.settings}
+        if isinstance(self.settings, Mapping):
+            options = as_mapping(self.settings, "settings")
         if self.backend is not None:
             if not issubclass(kind, RealTimeIteration):
                 raise ArgumentError("backend", repr(self.backend), f"nothing: {kind.__name__} has only one")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable, Generator, Hashable, Mapping
+from collections.abc import Callable, Generator, Mapping
+from dataclasses import dataclass, field
 from functools import lru_cache
 from threading import get_ident
 from typing import Any, ClassVar, Protocol
@@ -12,6 +13,7 @@ from typing import Any, ClassVar, Protocol
 from rumo.controllers import Controller
 from rumo.interrupts import interruptible
 from rumo.report.contents import Report
+from rumo.simulation import Scenario
 
 Key = tuple[str | float, ...]
 """Says which run of a study: ("rti", "jump"). Its first part is what progress is told by."""
@@ -87,11 +89,22 @@ def nested(results: Mapping[Key, Any]) -> dict[Any, Any]:
     return tree
 
 
-def shared_controller(make: Callable[..., Controller], *arguments: Hashable) -> Controller:
-    """What `make` makes of some arguments, once for all runs in a thread: it takes longer than many a drive."""
-    return _made(get_ident(), make, *arguments)
+def shared_controller(scenario: Scenario) -> Controller:
+    """A controller as a scenario wants it, made once for all runs in a thread: it takes longer than many a drive."""
+    settings = scenario.settings
+    options = tuple(settings.items()) if isinstance(settings, Mapping) else settings
+    wanted = (scenario.problem, scenario.controller, options, scenario.discretization, scenario.backend)
+    return _made(_Wanted(scenario, (get_ident(), *wanted)))
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """A scenario, as far as it decides what controller there is, and whose it is."""
+
+    scenario: Scenario = field(compare=False)
+    key: tuple[object, ...]
 
 
 @lru_cache(maxsize=8)
-def _made(thread: int, make: Callable[..., Controller], *arguments: Hashable) -> Controller:
-    return make(*arguments)
+def _made(wanted: _Wanted) -> Controller:
+    return wanted.scenario.make_controller()

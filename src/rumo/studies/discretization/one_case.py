@@ -108,6 +108,12 @@ class CaseResult:
     outcomes: tuple[Outcome, ...]
 
 
+def check_clock(backend: str) -> None:
+    """Raise for a backend without a clock of its own, which "auto" can be by `RUMO_BACKEND`."""
+    if requested(backend) == "reference":
+        raise ArgumentError("backend", "'reference'", "tailored or portable", "Unset RUMO_BACKEND, or choose one.")
+
+
 @dataclass(frozen=True)
 class CaseRun:
     """A case of `CASES` with some schemes, all of which are timed in turns."""
@@ -124,8 +130,7 @@ class CaseRun:
         ArgumentError
             If "auto" is a backend without a clock of its own, by `RUMO_BACKEND`.
         """
-        if requested(self.backend) == "reference":
-            raise ArgumentError("backend", "'reference'", "tailored or portable", "Unset RUMO_BACKEND, or choose one.")
+        check_clock(self.backend)
         case = CASES[self.name]()
         solution = ReferenceSolution(case)
         rates: Any = np.concatenate([solution.rates.ravel(), _planned_rates(case)])

@@ -12,7 +12,7 @@ from rumo.report.contents import Report
 from rumo.report.machine import machine
 from rumo.studies.base import Key, Run, Study
 from rumo.studies.discretization.cases import CASES
-from rumo.studies.discretization.one_case import CaseRun
+from rumo.studies.discretization.one_case import CaseRun, check_clock
 from rumo.studies.discretization.one_mode import INTERVALS, ONE_MODE, PRODUCTS, ModeRun
 from rumo.studies.discretization.report import sections
 from rumo.studies.discretization.summary import case_outcome, scheme_outcomes
@@ -36,7 +36,7 @@ class DiscretizationStudy(Study):
     Raises
     ------
     ArgumentError
-        If a name is unknown, or none is given.
+        If a name is unknown, or none is given, or if "auto" is a backend without a clock of its own, by `RUMO_BACKEND`.
     """
 
     cases: tuple[str, ...] = tuple(CASES)
@@ -47,6 +47,7 @@ class DiscretizationStudy(Study):
         known_names(self.cases, "cases", CASES)
         known_names(self.schemes, "schemes", DISCRETIZATIONS)
         known_names((self.backend,), "backend", BACKENDS)
+        check_clock(self.backend)
 
     def runs(self) -> dict[Key, Run]:
         """What becomes of one mode, and of each case; not one for each scheme, since all are timed in turns."""

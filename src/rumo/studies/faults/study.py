@@ -9,18 +9,17 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from rumo.checks import known_names, whole_number
-from rumo.controllers import Controller, InnovationGate
+from rumo.controllers import InnovationGate
 from rumo.controllers.settings import WIDE_GATE
 from rumo.errors import ArgumentError
 from rumo.interrupts import Interrupted
-from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
 from rumo.report.contents import Report
 from rumo.simulation import Scenario
 from rumo.studies.base import Key, Run, Study, shared_controller
 from rumo.studies.faults.report import outcome, sections
 from rumo.studies.faults.troubles import FAULTS, Drive, Trouble
-from rumo.studies.paper import CLOSE_WEIGHTS, SAMPLING_TIME, PaperStudy
+from rumo.studies.paper import CLOSE_WEIGHTS, PaperStudy
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,16 +72,17 @@ class FaultStudy(Study):
         known_names(self.controllers, "controllers", CONTROLLERS)
         known_names(self.faults, "faults", FAULTS)
         whole_number(self.count, "count", 1)
-        if not SAMPLING_TIME <= self.start < np.inf:
-            raise ArgumentError("start", f"{self.start:g} s", f"at least one sample of {SAMPLING_TIME:g} s")
-        least = SAMPLING_TIME * (self.bad.stop + 1)
+        sample = self.base.sampling_time
+        if not sample <= self.start < np.inf:
+            raise ArgumentError("start", f"{self.start:g} s", f"at least one sample of {sample:g} s")
+        least = sample * (self.bad.stop + 1)
         if not least <= self.duration < np.inf:
             raise ArgumentError("duration", f"{self.duration:g} s", f"at least {least:g} s, to see a good sample again")
 
     @property
     def bad(self) -> range:
         """The bad samples, counted from 0."""
-        first = round(self.start / SAMPLING_TIME)
+        first = round(self.start / self.base.sampling_time)
         return range(first, first + self.count)
 
     def runs(self) -> dict[Key, Run]:
@@ -92,8 +92,8 @@ class FaultStudy(Study):
 
         def drive(name: str, trouble: Trouble) -> FaultRun:
             faults = () if trouble.fault is None else (replace(trouble.fault, when=bad),)
-            scenario = replace(base.scenario(name, problem, plant), faults=faults)
-            return FaultRun(scenario, self.gate, trouble.title, bad)
+            scenario = replace(base.scenario(name, problem, plant), settings={"gate": self.gate}, faults=faults)
+            return FaultRun(scenario, trouble.title, bad)
 
         return {(name, fault): drive(name, FAULTS[fault]) for name in self.controllers for fault in self.faults}
 
@@ -118,9 +118,10 @@ class FaultStudy(Study):
     def report(self, results: Mapping[str, Mapping[str, Drive]]) -> Report:
         """The summary, as a table for each controller, and the drives around the bad samples."""
         content = self.summary(results)
+        base = replace(self.base, estimator=None)
         lead = (
-            f"A car follows a sine path at {self.base.path.speed:g} m/s in wind, with noisy, unfiltered measurements; "
-            f"after {self.start:g} s come {self.count} bad samples. Seed {self.seed}, "
+            f"A car follows a sine path at {base.path.speed:g} m/s {base.conditions}; "
+            f"after {base.sampling_time * self.bad.start:g} s come {self.count} bad samples. Seed {self.seed}, "
             f"{'without' if self.gate is None else 'with'} the innovation gate."
         )
         return Report("Faults", lead, content, sections(content, results))
@@ -134,8 +135,6 @@ class FaultRun:
     ----------
     scenario : Scenario
         The drive.
-    gate : InnovationGate or None
-        Of the controller.
     title : str
         What goes wrong, in words.
     bad : range
@@ -143,7 +142,6 @@ class FaultRun:
     """
 
     scenario: Scenario
-    gate: InnovationGate | None
     title: str
     bad: range
 
@@ -151,8 +149,7 @@ class FaultRun:
         """Drive; whatever the controller raises is a result."""
         exception = None
         try:
-            controller = shared_controller(_controller, self.scenario.controller, self.scenario.problem, self.gate)
-            log = self.scenario.run(controller, progress)
+            log = self.scenario.run(shared_controller(self.scenario), progress)
         except Interrupted as interrupt:
             interrupt.log = self._named(interrupt.log)
             raise
@@ -162,7 +159,3 @@ class FaultRun:
 
     def _named(self, log: xr.Dataset) -> xr.Dataset:
         return log.assign_attrs(fault=self.title, first_bad_sample=self.bad.start, bad_samples=len(self.bad))
-
-
-def _controller(name: str, problem: Problem, gate: InnovationGate | None) -> Controller:
-    return CONTROLLERS[name](problem, gate=gate)

@@ -13,6 +13,8 @@ from rumo.studies.linearization.charts import linearization_panels
 from rumo.studies.linearization.summary import Logs, at_values, cost_ratios, lost_at, quantity
 from rumo.studies.looks import label
 
+NOTHING = "nothing more"
+
 
 def sections(content: Mapping[str, Any], logs: Logs) -> list[Section]:
     """What is shown of a summary, and of the logs by sweep, value and controller."""
@@ -40,8 +42,11 @@ def _finding(sweep: Mapping[str, Any]) -> str:
         ratios = cost_ratios(sweep, name)
         if np.isfinite(ratios).any():
             extremes = dict.fromkeys((int(np.nanargmin(ratios)), int(np.nanargmax(ratios))))
-            span = " to ".join(f"{_percent(ratios[i])} {at_values(sweep, [i])}" for i in extremes)
-            text += f" Where neither is lost, {label(name)} costs {span} than the direct NLP."
+            costs = {i: _percent(ratios[i]) for i in extremes}
+            span = " to ".join(f"{percent} {at_values(sweep, [i])}" for i, percent in costs.items()) + " than"
+            if set(costs.values()) == {NOTHING}:
+                span = "as much as"
+            text += f" Where neither is lost, {label(name)} costs {span} the direct NLP."
     if {"rti", "ltv"} <= set(runs):
         pairs = [(runs["ltv"][i], runs["rti"][i]) for i in range(len(sweep["values"]))]
         closer = [i for i, (ltv, rti) in enumerate(pairs) if not ltv["lost"] and (rti["lost"] or _closer(ltv, rti))]
@@ -57,7 +62,8 @@ def _closer(run: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
 
 def _percent(ratio: float) -> str:
     percent = 100.0 * abs(ratio - 1.0)
-    return f"{percent:.{0 if percent >= 10.0 else 1}f} % {'more' if ratio >= 1.0 else 'less'}"
+    text = f"{percent:.{0 if percent >= 10.0 else 1}f}"
+    return NOTHING if text == "0.0" else f"{text} % {'more' if ratio >= 1.0 else 'less'}"
 
 
 def overview_table(content: Mapping[str, Any]) -> Table:

@@ -14,7 +14,6 @@ from rumo.controllers.engines.base import Candidate
 from rumo.controllers.engines.ipopt import Ipopt
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.errors import ArgumentError, PlantError
-from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
 from rumo.report.contents import Report
 from rumo.signals import Array
@@ -111,7 +110,9 @@ class LinearizationStudy(Study):
         def drive(sweep: str, value: float, name: str) -> SweptRun:
             settings = replace(self.drive(sweep, value), duration=self.duration, seed=self.seed)
             kind = StartedNlp if name == DirectNlp.name else CONTROLLERS[name]
-            return SweptRun(settings.scenario(kind, problem, plant), sweep, value)
+            # Without the innovation gate: all measurements are right, however wrong a linear prediction is.
+            options = {"gate": None} | ({"max_iterations": 1000} if kind is StartedNlp else {})
+            return SweptRun(replace(settings.scenario(kind, problem, plant), settings=options), sweep, value)
 
         return {
             (sweep, float(value), name): drive(sweep, float(value), name)
@@ -149,15 +150,8 @@ class SweptRun:
 
     def run(self, *, progress: Callable[[int, int], None] | None = None) -> xr.Dataset:
         """Drive; the log of a drive that the plant's integrator could not finish ends there."""
-        controller = shared_controller(_controller, self.scenario.controller, self.scenario.problem)
         try:
-            log = self.scenario.run(controller, progress)
+            log = self.scenario.run(shared_controller(self.scenario), progress)
         except PlantError as error:
             log = error.log
         return log.assign_attrs(sweep=self.sweep, value=self.value)
-
-
-def _controller(kind: Callable[..., Controller[Any]], problem: Problem) -> Controller[Any]:
-    """Without the innovation gate: all measurements are right, however wrong a linear prediction is."""
-    options = {"max_iterations": 1000} if kind is StartedNlp else {}
-    return kind(problem, gate=None, **options)

@@ -198,11 +198,17 @@ class PaperStudy(Study):
         """The summary, as tables, and the paper's figures."""
         content = self.summary(results)
         lead = (
-            f"A car follows a sine path at {self.path.speed:g} m/s for {self.duration:g} s in wind, with noisy, "
-            f"filtered measurements; horizon {self.horizon}, sampling period {1e3 * self.sampling_time:g} ms, "
-            f"seed {self.seed}."
+            f"A car follows a sine path at {self.path.speed:g} m/s for {self.duration:g} s {self.conditions}; "
+            f"horizon {self.horizon}, sampling period {1e3 * self.sampling_time:g} ms, seed {self.seed}."
         )
         return Report("The paper's case study", lead, content, sections(content, results))
+
+    @property
+    def conditions(self) -> str:
+        """Wind and measurements, in words."""
+        wind = "without wind" if self.wind == Constant(0.0) else "in wind"
+        noise = "noisy" if any(self.noise.values()) else "exact"
+        return f"{wind}, with {noise}, {'unfiltered' if self.estimator is None else 'filtered'} measurements"
 
     def plant(self) -> Plant:
         """The car that is driven."""
