@@ -23,3 +23,7 @@ def little_to_collect():
     gc.freeze()
     yield
     gc.unfreeze()
+
+
+def pytest_sessionfinish():
+    gc.unfreeze()
