@@ -41,12 +41,13 @@ class Sealed:
     def __setattr__(self, name: str, value: Any) -> None:
         if self._constructed and not name.startswith("_"):
             kind = next((kind for kind in type(self).__mro__ if name in vars(kind)), None)
-            if kind and kind.__module__.startswith("rumo.") and inspect.isroutine(vars(kind)[name]):
-                raise FrozenError(f"{type(self).__name__}.{name} cannot be set. Define another one in a subclass.")
-            if kind and isinstance(own := vars(kind)[name], property) and own.fset is None:
-                raise FrozenError(f"{type(self).__name__}.{name} cannot be set.")
-            known = set(self._known())
-            if name not in known:
+            if kind is not None:
+                own = vars(kind)[name]
+                if kind.__module__.startswith("rumo.") and inspect.isroutine(own):
+                    raise FrozenError(f"{type(self).__name__}.{name} cannot be set. Define another one in a subclass.")
+                if isinstance(own, property) and own.fset is None:
+                    raise FrozenError(f"{type(self).__name__}.{name} cannot be set.")
+            elif name not in (known := set(self._known())):
                 raise UnknownAttributeError(type(self).__name__, name, sorted(known))
         super().__setattr__(name, value)
 

@@ -44,7 +44,7 @@ class Guarded:
         self._guess: Trajectory | None = None  # where the next step linearises or starts from
         self._wanted: Mapping[str, Array] | None = None  # the last reference
         self._prepared, self._prepare_time = False, 0.0
-        self._take(method.transcription)
+        self._problem = method.transcription.problem
         self.configure(settings)
 
     def configure(self, settings: ControllerSettings) -> None:
@@ -60,15 +60,11 @@ class Guarded:
         with self._lock:
             self.method.update(transcription)  # it may refuse them
             self._guard.update(limits_of(transcription.problem))
-            prepared = self._prepared
-            self._take(transcription)
+            self._problem = transcription.problem
             self._layout = PlanLayout(self._problem, self._integrator_tolerance)
+            prepared, self._prepared = self._prepared, False
             if prepared:
                 self.prepare()
-
-    def _take(self, transcription: Transcription) -> None:
-        self._problem = transcription.problem
-        self._prepared = False
 
     def reset(self, applied: Array) -> None:
         """See `Engine.reset`."""
@@ -116,13 +112,14 @@ class Guarded:
     def step(self, x: Values, reference: ReferenceWindow) -> Plan:
         """See `Engine.step`."""
         with self._lock:
-            measurement = self._problem.model.states.vector(x, "x")
-            self.method.check(reference_window(self._problem, reference))  # before anything changes
+            start = perf_counter()
+            measurement, window = self._checked(x, reference)
+            checking = perf_counter() - start
             if not self._guard.has_guess and np.isfinite(measurement).all():
                 self.rest(measurement)
             if not self._prepared:
                 self.prepare()
-            return self.feedback(measurement, reference)
+            return self._complete(measurement, window, perf_counter() - checking)
 
     def prepare(self) -> None:
         """See `Engine.prepare`."""
@@ -145,13 +142,22 @@ class Guarded:
 
     def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
         """See `Engine.feedback`."""
-        with self._lock, interruptible():
+        with self._lock:
             if not self._prepared:
                 raise CallOrderError("feedback() needs a preparation: call prepare() first, or step() for both.")
             start = perf_counter()
-            measurement = self._problem.model.states.vector(x, "x")
-            window = reference_window(self._problem, reference)
-            self.method.check(window)
+            return self._complete(*self._checked(x, reference), start)
+
+    def _checked(self, x: Values, reference: ReferenceWindow) -> tuple[Array, Mapping[str, Array]]:
+        """Measurement and reference as arrays; raises before anything changes."""
+        measurement = self._problem.model.states.vector(x, "x")
+        window = reference_window(self._problem, reference)
+        self.method.check(window)
+        return measurement, window
+
+    def _complete(self, measurement: Array, window: Mapping[str, Array], start: float) -> Plan:
+        """The plan for a measurement and a reference that have been checked, in a feedback that began at `start`."""
+        with interruptible():
             with np.errstate(all="ignore"):
                 candidate, cause = self._attempt(measurement, window)
             if candidate is None:
