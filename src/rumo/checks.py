@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +27,9 @@ def whole_number(value: object, argument: str, least: int, most: float = LARGEST
 
 def positive_number(value: object, argument: str) -> float:
     """`value` as a positive finite float; anything else raises, naming `argument`."""
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
+    if not _is_number(value):
         raise ArgumentError(argument, repr(value), "a positive number")
-    number = float(value)  # pyright: ignore[reportArgumentType] -- NumPy's complex numbers fail here, loudly
+    number = float(value)
     if not 0.0 < number < np.inf:
         raise ArgumentError(argument, repr(value), "a positive finite number")
     return number
@@ -37,16 +37,21 @@ def positive_number(value: object, argument: str) -> float:
 
 def non_negative_number(value: object, argument: str) -> float:
     """`value` as a float of at least 0; anything else raises, naming `argument`."""
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not value >= 0.0:
+    if not _is_number(value) or not value >= 0.0:
         raise ArgumentError(argument, repr(value), "a number of at least 0")
-    return float(value)  # pyright: ignore[reportArgumentType] -- NumPy's complex numbers do not compare
+    return float(value)
 
 
 def finite_number(value: object, argument: str) -> float:
     """`value` as a finite float; anything else raises, naming `argument`."""
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not np.isfinite(value):
+    if not _is_number(value) or not np.isfinite(value):
         raise ArgumentError(argument, repr(value), "a finite number")
-    return float(value)  # pyright: ignore[reportArgumentType] -- NumPy's complex numbers fail here, loudly
+    return float(value)
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    """Whether a value is a number, and no truth value; NumPy's complex numbers fail when they are used, loudly."""
+    return isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
 
 
 def as_numbers(value: object, argument: str) -> NDArray[np.floating[Any]]:
