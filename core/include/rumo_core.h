@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 5
+#define RUMO_CORE_VERSION 6
 
 /* What the failure policy goes by; methods outside the core read these too. */
 #define RUMO_GATE_STAGES 15       /* over which the gate asks how far a state can go: over a long horizon, anywhere */
@@ -24,6 +24,7 @@ typedef enum rumo_status {
     RUMO_OPTIMAL,
     RUMO_SOFT_VIOLATED,
     RUMO_BUDGET_EXCEEDED,
+    RUMO_ILL_CONDITIONED,
     RUMO_SOLVER_FAILED,
     RUMO_BAD_REFERENCE,
     RUMO_BAD_MEASUREMENT,

@@ -120,7 +120,7 @@ static rumo_status iterate(rumo_controller *ctl, const double *x, const double *
     plan->iterations += step->iterations;
     plan->conflicts = step->conflicts;
     plan->conflict = step->conflict;
-    if (status == RUMO_SOLVER_FAILED) return status;
+    if (status > RUMO_BUDGET_EXCEEDED) return status;
     diagnose(ctl);
     return expand(ctl, x, status);
 }

@@ -112,7 +112,7 @@ static rumo_status attempt(rumo_controller *ctl, const double *x, const double *
 static void conclude(rumo_controller *ctl, rumo_status cause, rumo_plan *plan) {
     const dims *s = &ctl->s;
     const rumo_guard *g = &ctl->guard;
-    const int solved = cause != RUMO_BAD_MEASUREMENT && cause != RUMO_BAD_REFERENCE && cause != RUMO_SOLVER_FAILED;
+    const int solved = cause <= RUMO_BUDGET_EXCEEDED;
     if (!solved) {
         for (int i = 0; i < rest_of_plan(s); ++i) plan_constraints(ctl)[i] = NAN;
         ctl->last_step = NAN;

@@ -15,6 +15,7 @@ class Status(Enum):
     OPTIMAL = "Solved; every constraint that the inputs can influence holds."
     SOFT_VIOLATED = "Solved; a soft constraint is violated. The plan's slacks say where and by how much."
     BUDGET_EXCEEDED = "The iteration or time budget ran out; the best admissible plan is used."
+    ILL_CONDITIONED = "Too ill-conditioned to trust a solution; the previous plan, shifted, is used."
     SOLVER_FAILED = "The optimisation failed; the previous plan, shifted, is used."
     BAD_REFERENCE = "The reference is not finite; the previous plan, shifted, is used."
     BAD_MEASUREMENT = "The measurement is not finite or implausible; the previous plan, shifted, is used."
@@ -27,6 +28,11 @@ class Status(Enum):
     def solved(self) -> bool:
         """Whether the plan is the solution of this step's optimisation problem."""
         return self in (Status.OPTIMAL, Status.SOFT_VIOLATED)
+
+    @property
+    def applicable(self) -> bool:
+        """Whether the plan that a solver comes to with this status is applied; else the failure policy acts."""
+        return self.solved or self is Status.BUDGET_EXCEEDED
 
     @property
     def reason(self) -> str:

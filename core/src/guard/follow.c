@@ -39,7 +39,7 @@ static rumo_status follow(rumo_guard *g, int solved, rumo_status cause) {
     if (g->has_next) shift_plan(g);
     /* A guess from which the solver came to nothing is not kept: the next measurement gives a new one, at rest. If that
      * fails too, the shifted plan is the better guess, until there is a solution. */
-    const int fruitless = !solved && (cause == RUMO_SOLVER_FAILED || cause == RUMO_BUDGET_EXCEEDED);
+    const int fruitless = !solved && cause >= RUMO_BUDGET_EXCEEDED && cause <= RUMO_SOLVER_FAILED;
     g->blameless = !solved && (g->blameless || (fruitless && g->resting));
     g->has_guess = g->has_next && (!fruitless || g->blameless);
     g->resting = 0;

@@ -55,7 +55,7 @@ typedef struct stage_solver {
      * stages, as in controllers/engines/reach.py, takes as long as a quarter of a dense step. */
     int (*prepare)(void *, stage_maps *, int shift);
     /* From the stages prepared last, once or several times: OPTIMAL; BUDGET_EXCEEDED with the best step so far, admissible
-     * for bounds and move bounds; or SOLVER_FAILED, which leaves no step. */
+     * for bounds and move bounds; or ILL_CONDITIONED or SOLVER_FAILED, which leave no step. */
     rumo_status (*solve)(void *, const stage_maps *, const stage_known *, const budget *, stage_step *);
 } stage_solver;
 

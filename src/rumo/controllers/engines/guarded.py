@@ -185,7 +185,7 @@ class Guarded:
         if candidate is None:
             return None, Status.SOLVER_FAILED
         finite = candidate.trajectory.finite and bool(np.isfinite(candidate.constraints).all())
-        if finite and candidate.status is not Status.SOLVER_FAILED:
+        if finite and candidate.status.applicable:
             return candidate, self._assessed(candidate)
         return None, Status.SOLVER_FAILED if candidate.status.solved else candidate.status
 
