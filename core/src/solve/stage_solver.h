@@ -38,7 +38,7 @@ typedef struct stage_step {
     double *du;                    /* (N, nu) */
     double *constraints;           /* (N, nc): path constraints less their limits, as linearised */
     double size;                   /* largest change of a free input, over its range */
-    double kkt_residual;           /* largest slope of the Lagrangian at the guess, over the ranges; NaN where not known */
+    double kkt_residual;           /* of the optimality conditions, stage by stage; NaN where not known */
     int iterations;
     int conflicts;                 /* limits that cannot hold together, if there is no solution */
     const rumo_conflict *conflict; /* the solver's */

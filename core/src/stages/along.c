@@ -49,4 +49,11 @@ static inline double linearised(const stage_maps *m, int value, int r, const spa
     return y;
 }
 
+/* The gradient of a linearised output or constraint of stage k by (dx, du), times a force. */
+static inline void add_gradient(const stage_maps *m, const sparse *of_x, const sparse *of_u, int k, int r, double force,
+                                double *restrict by_x, double *restrict by_u) {
+    for (int e = of_x->start[r]; e < of_x->start[r + 1]; ++e) by_x[of_x->column[e]] += force * entry(m, of_x, e, k);
+    for (int e = of_u->start[r]; e < of_u->start[r + 1]; ++e) by_u[of_u->column[e]] += force * entry(m, of_u, e, k);
+}
+
 #endif

@@ -3,30 +3,55 @@
 #define RUMO_PROGRAM_C
 
 #include "base/arena.h"
-#include "solve/active_set/qp.c"
+#include "solve/active_set/matrix.c"
 #include "solve/dense/factorise.c"
 
 typedef struct program {
-    qp q;
-    double *hessian, *factor, *inverse, *transpose, *rows, *gradient;
-    int *imposed;
+    matrix_program m;
+    double *hessian, *factor, *inverse, *transpose, *rows;
 } program;
 
+/* The slope of the Lagrangian from the Hessian. */
+static double matrix_slope(qp *q, double *rest) {
+    matrix_program *p = (matrix_program *)q;
+    const double *restrict v = p->v;
+    double *restrict slope = p->sum, *restrict forces = q->residual;
+    double size = 0.0;
+    zero(slope, q->ld);
+    for (int i = 0; i < q->n; ++i) {
+        const double *restrict row = p->hessian + (ptrdiff_t)i * q->ld;
+        const int start = padded(i + 1);
+        double s = 0.0;
+        for (int j = i; j < start && j < q->n; ++j) s += row[j] * v[j];
+        s += dot(row + start, v + start, q->ld - start);
+        for (int j = i + 1; j < start && j < q->n; ++j) slope[j] += row[j] * v[i];
+        axpy(slope + start, v[i], row + start, q->ld - start);
+        slope[i] += s;
+        size = larger(size, 1e-6 * row[i]);
+    }
+    zero(forces, q->ld);
+    for (int i = 0; i < q->count; ++i) add_row(p, q->member[i], q->mu[i], forces);
+    add_saturated(p, forces);
+    for (int i = 0; i < q->n; ++i)
+        size = larger(size, larger(fabs(slope[i]), larger(fabs(p->gradient[i]), fabs(forces[i]))));
+    for (int i = 0; i < q->n; ++i) slope[i] += p->gradient[i] + forces[i];
+    zero(rest, q->ld);
+    add_transformed(p, slope, q->n, rest);
+    return largest_size(slope, q->ld) / size;
+}
+
+static const qp_space matrix_space = {matrix_start,   matrix_evaluate, matrix_correct,
+                                      matrix_transform, matrix_slope,    matrix_size_of};
+
 static void lay_out_program(arena *a, program *p, int n, int rows) {
-    alloc_qp(a, &p->q, n, 0, rows);
-    const ptrdiff_t square = (ptrdiff_t)n * p->q.ld;
-    p->hessian = alloc_doubles(a, square);
+    alloc_matrix_program(a, &p->m, &matrix_space, n, 0, rows);
+    const int ld = p->m.q.ld;
+    const ptrdiff_t square = (ptrdiff_t)n * ld;
+    p->m.hessian = p->hessian = alloc_doubles(a, square);
     p->factor = alloc_doubles(a, square);
-    p->inverse = alloc_doubles(a, square);
-    p->transpose = alloc_doubles(a, square);
-    p->rows = alloc_doubles(a, (ptrdiff_t)rows * p->q.ld);
-    p->gradient = alloc_doubles(a, p->q.ld);
-    p->imposed = alloc_ints(a, rows);
-    p->q.hessian = p->hessian;
-    p->q.inverse = p->inverse;
-    p->q.transpose = p->transpose;
-    p->q.matrix = p->rows;
-    for (int i = 0; a->base && i < rows; ++i) p->imposed[i] = 1;
+    p->m.inverse = p->inverse = alloc_doubles(a, square);
+    p->m.transpose = p->transpose = alloc_doubles(a, square);
+    p->m.matrix = p->rows = alloc_doubles(a, (ptrdiff_t)rows * ld);
 }
 
 static size_t program_size(int variables, int rows) {
@@ -53,28 +78,36 @@ RARE static int sane(const rumo_qp_data *d) {
 
 /* Take the data over. Prices of a former call and multipliers that came from them do not fit new ones. */
 static void copy_data(program *p, const rumo_qp_data *data) {
-    qp *q = &p->q;
+    qp *q = &p->m.q;
     const int n = data->variables, m = data->rows;
     const size_t prices = (size_t)m * sizeof(double);
-    if (memcmp(q->l1 + q->dense, data->l1, prices) != 0 || memcmp(q->l2 + q->dense, data->l2, prices) != 0)
-        clear_members(q);
-    for (int i = 0; i < n; ++i) copy(p->hessian + (ptrdiff_t)i * q->ld, data->hessian + (ptrdiff_t)i * n, n);
+    if (memcmp(q->l1 + n, data->l1, prices) != 0 || memcmp(q->l2 + n, data->l2, prices) != 0) clear_members(q);
+    q->span = 0.0;
+    for (int i = 0; i < n; ++i) {
+        copy(p->hessian + (ptrdiff_t)i * q->ld, data->hessian + (ptrdiff_t)i * n, n);
+        q->span += data->hessian[(ptrdiff_t)i * n + i];
+    }
     for (int i = 0; i < m; ++i) {
         double *row = p->rows + (ptrdiff_t)i * q->ld;
         copy(row, data->matrix + (ptrdiff_t)i * n, n);
         const double norm = sqrt(dot(row, row, q->ld));
-        q->weight[q->dense + i] = norm > 0.0 ? 1.0 / norm : 1.0;
-        q->extent[i] = q->ld;
+        q->weight[n + i] = norm > 0.0 ? 1.0 / norm : 1.0;
+        p->m.extent[i] = q->ld;
         /* A price of nothing is no limit. */
         const int priceless = data->l1[i] == 0.0 && data->l2[i] == 0.0;
-        q->lower[q->dense + i] = data->row_lower[i];
-        q->upper[q->dense + i] = priceless ? INFINITY : data->row_upper[i];
+        q->lower[n + i] = data->row_lower[i];
+        q->upper[n + i] = priceless ? INFINITY : data->row_upper[i];
     }
     copy(q->lower, data->lower, n);
     copy(q->upper, data->upper, n);
-    copy(q->l1 + q->dense, data->l1, m);
-    copy(q->l2 + q->dense, data->l2, m);
-    copy(p->gradient, data->gradient, n);
+    copy(q->l1 + n, data->l1, m);
+    copy(q->l2 + n, data->l2, m);
+    copy(p->m.gradient, data->gradient, n);
+}
+
+static int as_it_is(const qp *q, int row) {
+    (void)q;
+    return row;
 }
 
 /* Let go of members without a limit. */
@@ -85,7 +118,7 @@ static void drop_unlimited(qp *q) {
         watch(q, row, INACTIVE);
         drop(q, i);
     }
-    for (int r = q->dense; r < q->rows; ++r)
+    for (int r = q->first_soft; r < q->rows; ++r)
         if (q->state[r] == SATURATED && isinf(q->upper[r])) watch(q, r, INACTIVE);
 }
 
@@ -105,11 +138,11 @@ static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_setting
     if (!warm) {
         p = (program *)alloc(&a, sizeof *p);
         lay_out_program(&a, p, n, m);
-        limit_increments(&p->q, 0);
-        clear_members(&p->q);
+        limit_increments(&p->m, 0);
+        clear_members(&p->m.q);
     }
     if (!sane(data)) return result;
-    qp *q = &p->q;
+    qp *q = &p->m.q;
     double start = seconds_now();
     copy_data(p, data);
     const budget limits = {settings->qp_iterations, settings->qp_tolerance, settings->qp_seconds};
@@ -123,14 +156,14 @@ static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_setting
     result.factor_seconds = seconds_now() - start;
     if (!definite) return result;
     start = seconds_now();
-    renew_members(q, 0, 0, p->imposed);
+    renew_members(q, as_it_is);
     drop_unlimited(q);
     watch_members(q);
-    result.status = solve_qp(q, p->gradient, &limits);
+    result.status = solve_qp(q, &limits);
     result.seconds = seconds_now() - start;
     result.iterations = q->iterations;
     result.conflicts = q->conflicts;
-    copy(v, q->v, n);
+    copy(v, p->m.v, n);
     for (int i = 0; i < n + m; ++i) multipliers[i] = q->state[i] == SATURATED ? q->l1[i] : 0.0;
     for (int i = 0; i < q->count; ++i) multipliers[q->member[i]] = q->mu[i];
     memcpy(conflict, q->conflict, (size_t)q->conflicts * sizeof *conflict);

@@ -1,4 +1,4 @@
-/* Dense strictly convex quadratic programs by a dual active-set method, with soft rows and warm starts.
+/* Strictly convex quadratic programs by a dual active-set method, with soft rows and warm starts.
  *
  * All multipliers stay within the ranges of their rows' states, and the minimiser over the working set moves with
  * them: to the minimum over the set unless a multiplier reaches the end of its range, whose row then changes its state
@@ -122,7 +122,7 @@ static void leave(qp *q, int position, int at_l1) {
 
 /* Derivative of the dual function with respect to a member's multiplier. */
 static inline double dual_slope(const qp *q, int position) {
-    return deviation(q, position, dot(moved(q, position), q->w, q->ld));
+    return deviation(q, position, member_value(q, position));
 }
 
 /* Minimise over the working set by moving the multipliers; 1 once there, 0 if one of them stopped it. */
@@ -148,22 +148,22 @@ static int follow_members(qp *q, int first, double *gain) {
 /* Whether the hard rows among members cannot hold together: their combination p, which has the signs of multipliers, is
  * next to zero, and that of their limits is not. They are noted. */
 RARE static int contradict(qp *q, const double *restrict p) {
-    double *restrict sum = q->shift;
+    double *restrict parts = q->spare;
     double size = 0.0, violation = 0.0, room = 0.0;
-    zero(sum, q->ld);
     q->conflicts = 0;
     const int members = q->count + q->pending;
     for (int i = 0; i < members; ++i) size = larger(size, fabs(p[i]) * q->norm[q->member[i]]);
     for (int i = 0; i < members; ++i) {
         const int row = q->member[i], lower = q->state[row] == AT_LOWER;
         const double part = fabs(p[i]) * q->norm[row];
-        if (!(part > 1e-9 * size) || (!lower && isfinite(q->l1[row]))) continue;
+        const int matters = part > 1e-9 * size && (lower || isinf(q->l1[row]));
+        parts[i] = matters ? p[i] : 0.0;
+        if (!matters) continue;
         q->conflict[q->conflicts++] = row;
-        add_row(q, row, p[i], sum);
-        violation -= p[i] * (lower ? q->lower[row] : q->upper[row]);
+        violation -= p[i] * ((lower ? q->lower[row] : q->upper[row]) - q->base[q->place[i]]);
         room += q->tolerance * part;
     }
-    for (int j = 0; j < q->n; ++j) room += REMOTE * fabs(sum[j]);
+    room += REMOTE * q->space->size_of(q, parts, members);
     if (violation > room) return 1;
     q->conflicts = 0;
     return 0;
@@ -221,27 +221,16 @@ static void enter(qp *q, int row) {
     else stage_row(q, row, AT_LOWER, 0.0);
 }
 
-/* w for the saturated rows alone. */
-static void start_minimiser(qp *q, const double *restrict gradient) {
-    double *restrict total = q->residual;
-    zero(q->w, q->ld);
-    copy(total, gradient, q->n);
-    add_saturated(q, total);
-    for (int i = 0; i < q->n; ++i) total[i] = -total[i];
-    add_transformed(q, total, q->n, q->w);
-}
-
 /* w for the multipliers that were kept. If those of a wild program lead far off, there is no way back: start afresh. */
-static void start_warm(qp *q, const double *restrict gradient) {
-    start_minimiser(q, gradient);
+static void start_warm(qp *q) {
+    q->space->start(q);
     if (!q->count) return;
-    double expected = dot(q->w, q->w, q->ld);
-    for (int i = 0; i < q->n; ++i) expected += q->hessian[(ptrdiff_t)i * q->ld + i];
+    const double expected = dot(q->w, q->w, q->ld) + q->span;
     for (int i = 0; i < q->count; ++i) axpy(q->w, -q->mu[i], moved(q, i), q->ld);
     if (dot(q->w, q->w, q->ld) <= REMOTE * REMOTE * expected) return;
     clear_members(q);
     watch_members(q);
-    start_minimiser(q, gradient);
+    q->space->start(q);
 }
 
 /* What keeps the minimiser over the working set from being the solution: a row beyond its limits, or a member whose
@@ -250,12 +239,12 @@ typedef struct obstacle {
     int row, member, at_l1;
 } obstacle;
 
-static obstacle find_obstacle(qp *q, const double *restrict gradient, int first, double *residual) {
+static obstacle find_obstacle(qp *q, int first) {
     obstacle found = {-1, -1, 0};
     double worst;
     found.row = most_violated(q, first, &worst);
     if (worst >= DOUBTFUL) return found;
-    *residual = polish(q, gradient);
+    polish(q);
     found.row = most_violated(q, first, &worst);
     if (found.row < 0) found.member = astray(q, &found.at_l1);
     return found;
@@ -274,15 +263,15 @@ RARE static rumo_status give_up(qp *q) {
     return RUMO_SOLVER_FAILED;
 }
 
-/* Solve from the present working set, whose multipliers are within their ranges. The minimiser is in q->v; where the
- * budget ends early, it is the one of the last working set. */
-static rumo_status solve_qp(qp *q, const double *restrict gradient, const budget *limits) {
+/* Solve from the present working set, whose multipliers are within their ranges. The minimiser is in q->w, and evaluated;
+ * where the budget ends early, it is the one of the last working set. */
+static rumo_status solve_qp(qp *q, const budget *limits) {
     const double end = isfinite(limits->seconds) ? seconds_now() + limits->seconds : INFINITY;
     int stalled = 0, fresh = 0;
-    double gained = 0.0, residual = 0.0;
+    double gained = 0.0;
     q->tolerance = limits->tolerance;
     q->iterations = q->conflicts = 0;
-    start_warm(q, gradient);
+    start_warm(q);
     for (;;) {
         const int first = stalled > 2 * q->count + 20; /* lowest index first: no cycles */
         double gain = 0.0;
@@ -295,10 +284,10 @@ static rumo_status solve_qp(qp *q, const double *restrict gradient, const budget
             }
             if (!follow_ray(q, first, &gain)) return give_up(q);
         } else if (follow_members(q, first, &gain) && (!q->delicate || follow_members(q, first, &gain))) {
-            update_solution(q);
-            if (!all_finite(q->v, q->ld)) return give_up(q);
-            found = find_obstacle(q, gradient, first, &residual);
-            if (residual > FINE && !fresh) { /* updates of L D L' have cost too many digits */
+            q->space->evaluate(q);
+            if (!all_finite(q->value, q->rows)) return give_up(q);
+            found = find_obstacle(q, first);
+            if (q->kkt_residual > FINE && !fresh) { /* updates of L D L' have cost too many digits */
                 refactor(q, 0);
                 fresh = 1;
                 continue;
@@ -306,13 +295,13 @@ static rumo_status solve_qp(qp *q, const double *restrict gradient, const budget
             if (found.row < 0 && found.member < 0) break;
         }
         if (q->iterations >= limits->iterations || (isfinite(end) && seconds_now() > end)) {
-            if (found.row < 0) update_solution(q);
+            if (found.row < 0) q->space->evaluate(q);
             return RUMO_BUDGET_EXCEEDED;
         }
         ++q->iterations;
         mend(q, &found);
         fresh = 0;
-        residual = 0.0;
+        q->kkt_residual = 0.0;
         if (q->iterations % MANY_UPDATES == 0) {
             if (contradict(q, q->mu)) return give_up(q);
             refactor(q, 0);
@@ -320,7 +309,8 @@ static rumo_status solve_qp(qp *q, const double *restrict gradient, const budget
         stalled = gain > 1e-14 * gained ? 0 : stalled + 1;
         gained += gain;
     }
-    return residual < ACCEPTABLE && all_finite(q->v, q->ld) ? RUMO_OPTIMAL : RUMO_SOLVER_FAILED;
+    if (!all_finite(q->value, q->rows)) return give_up(q);
+    return is_trusted(q) ? RUMO_OPTIMAL : RUMO_ILL_CONDITIONED;
 }
 
 #endif

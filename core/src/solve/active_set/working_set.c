@@ -101,14 +101,13 @@ static int extend(qp *q, int position) {
     return pivot > NO_PIVOT * whole && !full;
 }
 
-/* Put a row behind the working set, where it waits to join. */
+/* Put a row behind the working set, where it waits to join, unless no variable moves it. */
 static void stage_row(qp *q, int row, row_state state, double mu) {
     q->member[q->count] = row;
     q->mu[q->count] = mu;
     q->norm[row] = 1.0 / q->weight[row];
-    watch(q, row, state);
-    transform(q, row, moved(q, q->count));
-    q->pending = 1;
+    q->pending = q->space->transform(q, q->count);
+    watch(q, row, q->pending ? state : IGNORED);
 }
 
 /* Move what is at a position behind all others, up to `last`. */
@@ -178,9 +177,9 @@ static void clear_members(qp *q) {
     q->count = q->pending = q->saturated = q->settled = q->delicate = 0;
 }
 
-/* Take the working set over to new rows, each `inputs` free inputs and `constraints` dense rows earlier (0: as it is),
- * as far as rows are imposed and independent. Limits may still change: see watch_members. */
-static void renew_members(qp *q, int inputs, int constraints, const int *imposed) {
+/* Take the working set over to other rows, where `becomes` says what a row is there, -1 for nothing and never more than it
+ * was, as far as they are independent. Limits may still change: see watch_members. */
+static void renew_members(qp *q, int (*becomes)(const qp *, int row)) {
     const int members = q->count;
     int *restrict row = q->conflict, *restrict state = q->scratch;
     for (int i = 0; i < members; ++i) {
@@ -188,23 +187,22 @@ static void renew_members(qp *q, int inputs, int constraints, const int *imposed
         state[i] = q->state[row[i]];
         q->spare[i] = q->mu[i];
     }
-    for (int r = 0; r < q->dense; ++r) q->state[r] = INACTIVE;
     q->saturated = 0;
-    for (int r = q->dense; r < q->rows; ++r) {
-        const int from = r + constraints;
-        const int keep = from < q->rows && q->state[from] == SATURATED && imposed[r - q->dense];
-        q->state[r] = keep ? SATURATED : INACTIVE;
-        q->saturated += keep;
+    for (int r = 0; r < q->rows; ++r) {
+        const int moved_to = q->state[r] == SATURATED ? becomes(q, r) : -1;
+        q->state[r] = INACTIVE;
+        if (moved_to < 0) continue;
+        q->state[moved_to] = SATURATED;
+        ++q->saturated;
     }
     q->count = q->pending = q->settled = q->delicate = 0;
     for (int i = 0; i < members; ++i) {
-        const int part = row[i] < q->n ? 0 : row[i] < q->dense ? q->n : q->dense;
-        const int moved_to = row[i] - (part == q->dense ? constraints : inputs);
-        if (moved_to < part || (part == q->dense && !imposed[moved_to - part])) continue;
+        const int moved_to = becomes(q, row[i]);
+        if (moved_to < 0) continue;
         stage_row(q, moved_to, (row_state)state[i], q->spare[i]);
+        if (q->pending && extend(q, q->count)) ++q->count;
+        else if (q->pending) q->state[moved_to] = INACTIVE;
         q->pending = 0;
-        if (extend(q, q->count)) ++q->count;
-        else q->state[moved_to] = INACTIVE;
     }
 }
 
@@ -213,7 +211,7 @@ static void watch_members(qp *q) {
     copy(q->floor, q->lower, q->rows);
     copy(q->ceiling, q->upper, q->rows);
     for (int i = 0; i < q->count; ++i) watch(q, q->member[i], (row_state)q->state[q->member[i]]);
-    for (int r = q->dense, left = q->saturated; left > 0 && r < q->rows; ++r)
+    for (int r = q->first_soft, left = q->saturated; left > 0 && r < q->rows; ++r)
         if (q->state[r] == SATURATED) {
             watch(q, r, SATURATED);
             --left;

@@ -3,23 +3,33 @@
 #define RUMO_DENSE_H
 
 #include "base/blocks.h"
-#include "solve/active_set/rows.c"
+#include "solve/active_set/matrix.c"
 #include "solve/dense/condense.c"
 #include "solve/stage_solver.h"
 
 typedef struct dense {
+    matrix_program p;
     dims s;
     const rumo_problem *problem;
     condensed condensed;
+    int shift;                             /* stages by which the working set is taken over */
     int *imposed_now;                      /* (N nc,): constraints that are imposed and that inputs can influence */
-    qp q;
     const double *free_lower, *free_upper; /* (nb, nu): limits of the free inputs; a view where there are no blocks */
     double *constraints;                   /* (N nc,): less their limits, if the inputs stay with the guess */
-    double *gradient, *best, *other;       /* (ld,) */
+    double *best, *other;                  /* (ld,) */
     double *zeros;                         /* (nu,) */
     double *inputs;                        /* (nb, nu) */
+    double *forces;                        /* (N, nc): multipliers */
+    double *du_known, *du_slope;           /* (N, nu): of du, what is there at v = 0; (nu,) */
+    double *lambda, *earlier;              /* (ldx,): the dynamics' multipliers at a stage, and at the one before */
+    /* What is being solved. */
+    const stage_maps *maps;
+    const stage_known *known;
+    stage_step *step;
     rumo_conflict *conflict;
 } dense;
+
+static const qp_space dense_space;
 
 RARE static void dense_lay_out(arena *a, void *self, const rumo_problem *own, const rumo_problem *given) {
     dense *const d = (dense *)self;
@@ -37,20 +47,24 @@ RARE static void dense_lay_out(arena *a, void *self, const rumo_problem *own, co
     h->root_weights = alloc_doubles(a, s.N * s.ny);
     double **const squares[] = {&h->hessian, &h->factor, &h->inverse, &h->transpose};
     for (size_t i = 0; i < sizeof squares / sizeof *squares; ++i) *squares[i] = alloc_doubles(a, (ptrdiff_t)s.n * s.ld);
-    alloc_qp(a, &d->q, s.n, s.nu, s.N * s.nc);
-    d->q.hessian = h->hessian;
-    d->q.inverse = h->inverse;
-    d->q.transpose = h->transpose;
-    d->q.matrix = h->rows;
+    alloc_matrix_program(a, &d->p, &dense_space, s.n, s.nu, s.N * s.nc);
+    d->p.hessian = h->hessian;
+    d->p.inverse = h->inverse;
+    d->p.transpose = h->transpose;
+    d->p.matrix = h->rows;
     d->imposed_now = alloc_ints(a, s.N * s.nc);
     d->constraints = alloc_doubles(a, s.N * s.nc);
-    d->gradient = alloc_doubles(a, s.ld);
     d->best = alloc_doubles(a, s.ld);
     d->other = alloc_doubles(a, s.ld);
     d->zeros = alloc_doubles(a, s.nu);
     d->inputs = alloc_doubles(a, s.n);
-    d->conflict = (rumo_conflict *)alloc(a, (size_t)d->q.capacity * sizeof *d->conflict);
-    for (int i = 0; a->base && i < s.N * s.nc; ++i) d->q.extent[i] = padded(inputs_at(&s, &h->held, i / s.nc));
+    d->forces = alloc_doubles(a, s.N * s.nc);
+    d->du_known = alloc_doubles(a, s.N * s.nu);
+    d->du_slope = alloc_doubles(a, s.nu);
+    d->lambda = alloc_doubles(a, s.ldx);
+    d->earlier = alloc_doubles(a, s.ldx);
+    d->conflict = (rumo_conflict *)alloc(a, (size_t)d->p.q.capacity * sizeof *d->conflict);
+    for (int i = 0; a->base && i < s.N * s.nc; ++i) d->p.extent[i] = padded(inputs_at(&s, &h->held, i / s.nc));
 }
 
 #endif

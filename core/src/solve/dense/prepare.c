@@ -33,20 +33,30 @@ RARE static void dense_renumber(void *self) {
     dense *const d = (dense *)self;
     const dims *s = &d->s;
     const rumo_numbers *p = &d->problem->numbers;
-    qp *q = &d->q;
+    qp *q = &d->p.q;
     int limited = 0;
     for (int j = 0; j < s->nu; ++j) limited |= isfinite(p->bounds.move_lower[j]) || isfinite(p->bounds.move_upper[j]);
-    limit_increments(q, limited ? s->nu : 0);
+    limit_increments(&d->p, limited ? s->nu : 0);
     for (int i = 0; i < s->N * s->nc; ++i) {
-        q->l1[q->dense + i] = p->l1[i % s->nc];
-        q->l2[q->dense + i] = p->l2[i % s->nc];
+        q->l1[q->first_soft + i] = p->l1[i % s->nc];
+        q->l2[q->first_soft + i] = p->l2[i % s->nc];
     }
     for (int i = 0; i < s->N * s->ny; ++i) d->condensed.root_weights[i] = sqrt(2.0 * p->output_weights[i]);
     if (!unblocked(s))
         limit_free_inputs(s, &d->problem->blocking, &p->bounds, (double *)d->free_lower, (double *)d->free_upper);
 }
 
-static void dense_forget(void *self) { clear_members(&((dense *)self)->q); }
+static void dense_forget(void *self) { clear_members(&((dense *)self)->p.q); }
+
+/* The row that a member is after the horizon has been prepared again, `shift` stages on. */
+static int dense_becomes(const qp *q, int row) {
+    const dense *d = (const dense *)q;
+    const int nu = d->shift * d->s.nu, nc = d->shift * d->s.nc;
+    if (row < q->n) return row >= nu ? row - nu : -1;
+    if (row < q->first_soft) return row >= q->n + nu ? row - nu : -1;
+    const int path = row - q->first_soft - nc;
+    return path >= 0 && d->imposed_now[path] ? row - nc : -1;
+}
 
 /* Condense, factor, and take over the working set of the step before, `shift` stages on. */
 OUTSIDE static int dense_prepare(void *self, stage_maps *m, int shift) {
@@ -70,13 +80,15 @@ OUTSIDE static int dense_prepare(void *self, stage_maps *m, int shift) {
             measure(&s, h, m->terms, k, i - k * s.nc, &m->D, &m->E, 1.0, scales, row);
             const double norm = sqrt(dot(row, row, length));
             d->imposed_now[i] = p->imposed[i] && norm > NO_INFLUENCE * p->numbers.constraint_scales[i - k * s.nc];
-            d->q.weight[d->q.dense + i] = d->imposed_now[i] ? 1.0 / norm : 0.0;
+            d->p.q.weight[d->p.q.first_soft + i] = d->imposed_now[i] ? 1.0 / norm : 0.0;
         }
     }
     add_up_hessian(&s, p->numbers.move_weights, scales, h);
     if (!factorize(s.n, s.ld, h->hessian, h->factor, h->inverse, h->transpose)) return 0;
-    shift &= unblocked(&s) && p->shift.same_rows;
-    renew_members(&d->q, shift * s.nu, shift * s.nc, d->imposed_now);
+    d->p.q.span = 0.0;
+    for (int i = 0; i < s.n; ++i) d->p.q.span += h->hessian[(ptrdiff_t)i * s.ld + i];
+    d->shift = shift && unblocked(&s) && p->shift.same_rows;
+    renew_members(&d->p.q, dense_becomes);
     return 1;
 }
 

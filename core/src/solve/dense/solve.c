@@ -12,7 +12,7 @@ static WITHIN void set_up_qp(dense *d, const stage_maps *m, const stage_known *k
     const dims s = dims_of(&p->sizes);
     const condensed *h = &d->condensed;
     const rumo_numbers *numbers = &p->numbers;
-    qp *q = &d->q;
+    qp *q = &d->p.q;
     const double *last = known->decided + (decided_inputs(&s) - 1) * s.nu, *u = m->guess_values;
     /* What happens if the inputs stay with the guess from the first free one on. */
     for (int r = 0; r < s.nx; ++r) step->dx[r] = known->x[r] - m->guess_x[r];
@@ -20,7 +20,7 @@ static WITHIN void set_up_qp(dense *d, const stage_maps *m, const stage_known *k
     for (int k = s.d; !unblocked(&s) && k < s.N; ++k)
         for (int j = 0; j < s.nu; ++j)
             step->du[k * s.nu + j] = blocked_input(&s, &h->held, last, u, k, j) - m->guess_u[k * s.nu + j];
-    zero(d->gradient, s.ld);
+    zero(d->p.gradient, s.ld);
     for (int k = 0; k < s.N; ++k) {
         double *dx = step->dx + (ptrdiff_t)(k + 1) * s.ldx;
         const double *du = k < s.d || !unblocked(&s) ? step->du + k * s.nu : NULL;
@@ -29,14 +29,14 @@ static WITHIN void set_up_qp(dense *d, const stage_maps *m, const stage_known *k
             const int i = k * s.nc + r;
             d->constraints[i] =
                 linearised(m, p->G_first, r, &m->D, &m->E, k, dx, du, numbers->constraint_limits[i]);
-            q->upper[q->dense + i] = d->imposed_now[i] ? -d->constraints[i] : INFINITY;
+            q->upper[q->first_soft + i] = d->imposed_now[i] ? -d->constraints[i] : INFINITY;
         }
         if (k < s.d) continue;
         for (int r = 0; r < s.ny; ++r) {
             const int i = k * s.ny + r;
             const double error =
                 linearised(m, p->y_first, r, &m->Cx, &m->Cu, k, dx, du, 0.0) - known->reference[(k + 1) * s.ny + r];
-            axpy(d->gradient, h->root_weights[i] * error, h->outputs + (ptrdiff_t)i * s.ld,
+            axpy(d->p.gradient, h->root_weights[i] * error, h->outputs + (ptrdiff_t)i * s.ld,
                  padded(inputs_at(&s, &h->held, k)));
         }
     }
@@ -44,11 +44,11 @@ static WITHIN void set_up_qp(dense *d, const stage_maps *m, const stage_known *k
         const int j = i % s.nu;
         const double scale = numbers->input_scales[j], move = u[i] - (i < s.nu ? last[j] : u[i - s.nu]);
         const double slope = 2.0 * numbers->move_weights[i] * move * scale;
-        d->gradient[i] += slope;
-        if (i >= s.nu) d->gradient[i - s.nu] -= slope;
+        d->p.gradient[i] += slope;
+        if (i >= s.nu) d->p.gradient[i - s.nu] -= slope;
         q->lower[i] = (d->free_lower[i] - u[i]) / scale;
         q->upper[i] = (d->free_upper[i] - u[i]) / scale;
-        if (!q->band) continue;
+        if (!d->p.band) continue;
         q->lower[s.n + i] = (numbers->block_lower[i] - move) / scale;
         q->upper[s.n + i] = (numbers->block_upper[i] - move) / scale;
     }
@@ -57,16 +57,18 @@ static WITHIN void set_up_qp(dense *d, const stage_maps *m, const stage_known *k
 
 /* Cost of v and of its violation of soft rows; *violation is the largest of hard ones, in units of the ranges. */
 RARE static double merit(const dense *d, const double *v, double *violation) {
-    const qp *q = &d->q;
+    const matrix_program *p = &d->p;
+    const qp *q = &p->q;
     double cost = 0.0;
     *violation = 0.0;
     for (int i = 0; i < q->n; ++i) {
-        double sum = 0.5 * q->hessian[(ptrdiff_t)i * q->ld + i] * v[i];
-        for (int j = i + 1; j < q->n; ++j) sum += q->hessian[(ptrdiff_t)i * q->ld + j] * v[j];
-        cost += v[i] * (sum + d->gradient[i]);
+        double sum = 0.5 * p->hessian[(ptrdiff_t)i * q->ld + i] * v[i];
+        for (int j = i + 1; j < q->n; ++j) sum += p->hessian[(ptrdiff_t)i * q->ld + j] * v[j];
+        cost += v[i] * (sum + d->p.gradient[i]);
     }
-    for (int r = q->dense; r < q->rows; ++r) {
-        const double over = dot(q->matrix + (ptrdiff_t)(r - q->dense) * q->ld, v, q->extent[r - q->dense]) - q->upper[r];
+    for (int r = q->first_soft; r < q->rows; ++r) {
+        const int i = r - q->first_soft;
+        const double over = dot(p->matrix + (ptrdiff_t)i * q->ld, v, p->extent[i]) - q->upper[r];
         if (!(over > 0.0)) continue;
         if (isinf(q->l1[r])) *violation = fmax(*violation, over * q->weight[r]);
         else cost += over * (q->l1[r] + q->l2[r] * over);
@@ -88,51 +90,109 @@ static void clip_deviations(const dense *d, const double *guess, const double *l
 /* When the budget has run out: the better of where the solver stands and the guess, both made admissible. */
 RARE static void choose_best(dense *d, const double *guess, const double *last) {
     double beyond, beyond_guess;
-    copy(d->best, d->q.v, d->s.ld);
+    copy(d->best, d->p.v, d->s.ld);
     zero(d->other, d->s.ld);
     clip_deviations(d, guess, last, d->best);
     clip_deviations(d, guess, last, d->other);
     const double cost = merit(d, d->best, &beyond), cost_guess = merit(d, d->other, &beyond_guess);
     const int worse = fabs(beyond - beyond_guess) > RUMO_SLACK_TOLERANCE ? beyond > beyond_guess : !(cost <= cost_guess);
-    copy(d->q.v, worse ? d->other : d->best, d->s.ld);
-    update_values(&d->q);
+    copy(d->p.v, worse ? d->other : d->best, d->s.ld);
+    update_values(&d->p);
 }
 
-/* From v to deviations of inputs and states, and constraints there. */
-static WITHIN void dense_expand(const dense *d, stage_step *step) {
+/* Inputs and states at v. */
+static void dense_advance(dense *d) {
     const dims s = dims_of(&d->problem->sizes);
     const condensed *h = &d->condensed;
-    const qp *q = &d->q;
-    const double *scale = d->problem->numbers.input_scales;
-    for (int i = 0; unblocked(&s) && i < s.n; ++i) step->du[s.d * s.nu + i] = scale[i % s.nu] * q->v[i];
+    const double *scale = d->problem->numbers.input_scales, *v = d->p.v;
+    stage_step *step = d->step;
+    for (int i = 0; unblocked(&s) && i < s.n; ++i) step->du[s.d * s.nu + i] = scale[i % s.nu] * v[i];
     for (int k = s.d; !unblocked(&s) && k < s.N; ++k)
         for (int j = 0; j < s.nu; ++j)
-            step->du[k * s.nu + j] += scale[j] * blocked_input(&s, &h->held, d->zeros, q->v, k, j);
-    for (int k = 0; k < s.N; ++k) {
+            step->du[k * s.nu + j] = d->du_known[k * s.nu + j] + scale[j] * blocked_input(&s, &h->held, d->zeros, v, k, j);
+    for (int k = s.d; k < s.N; ++k) {
         double *dx = step->dx + (ptrdiff_t)(k + 1) * s.ldx;
-        if (k >= s.d) advance(&s, h->stages + (ptrdiff_t)k * s.width * s.ldx, dx - s.ldx, step->du + k * s.nu, dx);
-        for (int i = k * s.nc; i < (k + 1) * s.nc; ++i)
-            step->constraints[i] = d->constraints[i] + (k < s.d ? 0.0 : q->value[q->dense + i]);
+        advance(&s, h->stages + (ptrdiff_t)k * s.width * s.ldx, dx - s.ldx, step->du + k * s.nu, dx);
     }
 }
 
-/* At the solution g + H v + A' mu = 0: the slope at the guess is known without H. */
-static double slope_at_guess(const dense *d) {
+/* The slope of the Lagrangian by one sweep forward and one back along the stages: the condensed Hessian may have lost what
+ * decides. */
+static double dense_slope(qp *q, double *rest) {
+    dense *const d = (dense *)q;
     const dims s = dims_of(&d->problem->sizes);
-    const qp *q = &d->q;
-    double *slope = d->other;
-    copy(slope, d->gradient, s.ld);
-    for (int i = 0; i < q->count; ++i) add_row(q, q->member[i], q->mu[i], slope);
-    if (q->saturated) add_saturated(q, slope);
-    return largest_size(slope, s.ld);
+    const rumo_numbers *numbers = &d->problem->numbers;
+    const stage_maps *m = d->maps;
+    const double *u = m->guess_values, *last = d->known->decided + (decided_inputs(&s) - 1) * s.nu, *v = d->p.v;
+    double *restrict slope = d->p.sum, size = 0.0;
+    dense_advance(d);
+    zero(slope, s.ld);
+    zero(d->forces, s.N * s.nc);
+    for (int i = 0; i < q->count; ++i) {
+        if (q->member[i] >= q->first_soft) d->forces[q->member[i] - q->first_soft] = q->mu[i];
+        else add_row(&d->p, q->member[i], q->mu[i], slope);
+    }
+    for (int r = q->first_soft, left = q->saturated; left > 0 && r < q->rows; ++r)
+        if (q->state[r] == SATURATED) {
+            d->forces[r - q->first_soft] = q->l1[r];
+            --left;
+        }
+    size = largest_size(slope, s.ld);
+    for (int i = 0; i < s.n; ++i) {
+        const double scale = numbers->input_scales[i % s.nu];
+        const double move = u[i] + scale * v[i] - (i < s.nu ? last[i] : u[i - s.nu] + scale * v[i - s.nu]);
+        const double force = 2.0 * numbers->move_weights[i] * move * scale;
+        slope[i] += force;
+        if (i >= s.nu) slope[i - s.nu] -= force;
+        size = larger(size, larger(fabs(force), 1e-6 * d->p.hessian[(ptrdiff_t)i * s.ld + i]));
+    }
+    zero(d->lambda, s.ldx);
+    for (int k = s.N - 1; k >= s.d; --k) {
+        const double *stage = d->condensed.stages + (ptrdiff_t)k * s.width * s.ldx;
+        const double *dx = d->step->dx + (ptrdiff_t)(k + 1) * s.ldx, *du = d->step->du + k * s.nu;
+        double *direct = d->du_slope;
+        zero(direct, s.nu);
+        for (int r = 0; r < s.ny; ++r) {
+            const int i = k * s.ny + r;
+            const double error = linearised(m, d->problem->y_first, r, &m->Cx, &m->Cu, k, dx, du, d->known->reference[i + s.ny]);
+            add_gradient(m, &m->Cx, &m->Cu, k, r, 2.0 * numbers->output_weights[i] * error, d->lambda, direct);
+        }
+        for (int r = 0; r < s.nc; ++r)
+            if (d->forces[k * s.nc + r] != 0.0)
+                add_gradient(m, &m->D, &m->E, k, r, d->forces[k * s.nc + r], d->lambda, direct);
+        for (int j = 0; j < s.nu; ++j) {
+            const double through = dot(stage + (s.nx + j) * s.ldx, d->lambda, s.ldx);
+            const double force = (through + direct[j]) * numbers->input_scales[j];
+            size = larger(size, larger(fabs(through), fabs(direct[j])) * numbers->input_scales[j]);
+            act(&s, &d->condensed.held, k, j, force, slope);
+        }
+        zero(d->earlier, s.ldx);
+        for (int c = 0; c < s.nx; ++c) d->earlier[c] = dot(stage + c * s.ldx, d->lambda, s.ldx);
+        copy(d->lambda, d->earlier, s.ldx);
+    }
+    zero(rest, s.ld);
+    add_transformed(&d->p, slope, s.n, rest);
+    return largest_size(slope, s.ld) / size;
+}
+
+static const qp_space dense_space = {matrix_start,     matrix_evaluate, matrix_correct,
+                                     matrix_transform, dense_slope,     matrix_size_of};
+
+/* Constraints at v, and the states that lead there. */
+static WITHIN void dense_expand(dense *d) {
+    const dims s = dims_of(&d->problem->sizes);
+    const qp *q = &d->p.q;
+    dense_advance(d);
+    for (int i = 0; i < s.N * s.nc; ++i)
+        d->step->constraints[i] = d->constraints[i] + (i < s.d * s.nc ? 0.0 : q->value[q->first_soft + i]);
 }
 
 /* Rows of the quadratic program as limits of stages. */
 RARE static void name_conflicts(const dense *d) {
     const dims *s = &d->s;
-    const qp *q = &d->q;
+    const qp *q = &d->p.q;
     for (int i = 0; i < q->conflicts; ++i) {
-        const int row = q->conflict[i], input = row < q->n ? row : row - q->n, path = row - q->dense;
+        const int row = q->conflict[i], input = row < q->n ? row : row - q->n, path = row - q->first_soft;
         d->conflict[i] = path >= 0 ? (rumo_conflict){RUMO_PATH_CONSTRAINT, path / s->nc + 1, path % s->nc}
                                    : (rumo_conflict){row < q->n ? RUMO_INPUT_BOUND : RUMO_MOVE_BOUND,
                                                      first_stage(s, &d->condensed.held, input / s->nu) + 1, input % s->nu};
@@ -143,18 +203,22 @@ static rumo_status dense_solve(void *self, const stage_maps *m, const stage_know
                                stage_step *step) {
     dense *const d = (dense *)self;
     const dims s = dims_of(&d->problem->sizes);
-    qp *const q = &d->q;
+    qp *const q = &d->p.q;
+    d->maps = m;
+    d->known = known;
+    d->step = step;
     set_up_qp(d, m, known, step);
-    const rumo_status status = solve_qp(q, d->gradient, limits);
+    copy(d->du_known, step->du, s.N * s.nu);
+    const rumo_status status = solve_qp(q, limits);
     step->iterations = q->iterations;
     step->conflicts = q->conflicts;
     step->conflict = d->conflict;
     if (q->conflicts) name_conflicts(d);
-    if (status == RUMO_SOLVER_FAILED) return status;
+    if (status > RUMO_BUDGET_EXCEEDED) return status;
     if (status == RUMO_BUDGET_EXCEEDED) choose_best(d, m->guess_values, known->decided + (decided_inputs(&s) - 1) * s.nu);
-    step->size = largest_size(q->v, s.ld);
-    step->kkt_residual = status == RUMO_OPTIMAL ? slope_at_guess(d) : NAN; /* else v is not the solver's */
-    dense_expand(d, step);
+    step->size = largest_size(d->p.v, s.ld);
+    step->kkt_residual = status == RUMO_OPTIMAL ? q->kkt_residual : NAN; /* else v is not the solver's */
+    dense_expand(d);
     return status;
 }
 
