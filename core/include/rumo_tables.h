@@ -25,6 +25,7 @@
     COUNT(substeps, 1)        /* of an interval */                                                          \
     COUNT(explicit_scheme, 0) /* the end of a substep follows from its beginning: no other unknowns */      \
     COUNT(blocks, 0)          /* of intervals with one free input each: N - delay where each has its own */ \
+    COUNT(condensing, 0)      /* whether states are condensed, else kept: see solve/solver.h */             \
     COUNT(slots, 0)
 
 /* Unknowns of a substep, and of an interval but its state at the end. */

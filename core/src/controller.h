@@ -6,13 +6,8 @@
 
 #include "base/dims.h"
 #include "guard/guard.h"
+#include "solve/solver.h"
 #include "stages/stages.h"
-
-/* The file that defines this build's solver, see solve/stage_solver.h. */
-#ifndef RUMO_SOLVER
-#define RUMO_SOLVER "solve/dense/dense.c"
-#endif
-#include RUMO_SOLVER
 
 struct rumo_controller {
     dims s;
@@ -34,6 +29,7 @@ struct rumo_controller {
     double *expected;        /* and the same one sample later */
     int has_reference;
     double last_step;        /* largest change of a free input in the iteration before, NaN if there was none */
+    double *near_reach;      /* (nx,): over the stages of the gate, where the gate has to know */
     double straying;         /* of the last guess linearised about, see straying() */
     double prepare_seconds, linearize_seconds, linearized_at;
 };

@@ -20,7 +20,7 @@ static void start_guess(rumo_controller *ctl, const double *x) {
     guess_inner(m, x);
     ctl->last_step = NAN;
     ctl->prepared = ctl->stored = ctl->behind = m->balanced = 0;
-    solver.forget(&ctl->solving);
+    solver_of(&ctl->problem.sizes)->forget(&ctl->solving);
 }
 
 /* A guess of the caller's; what lies within its intervals is on the way from state to state. */
@@ -61,7 +61,8 @@ static int linearize(rumo_controller *ctl) {
     stage_maps *const m = &ctl->stages;
     const int usable = linearise(m, last_decided(&ctl->guard));
     ctl->linearized_at = seconds_now();
-    if (!usable || !solver.prepare(&ctl->solving, m, ctl->behind)) return 0;
+    if (!usable || !solver_of(&ctl->problem.sizes)->prepare(&ctl->solving, m, ctl->behind)) return 0;
+    solver_of(&ctl->problem.sizes)->reach(&ctl->solving, ctl->s.N, m->reach);
     ctl->behind = 0;
     ctl->straying = straying(m);
     return 1;
@@ -116,7 +117,7 @@ static rumo_status iterate(rumo_controller *ctl, const double *x, const double *
     const budget limits = {ctl->settings.qp_iterations, ctl->settings.qp_tolerance, ctl->settings.qp_seconds};
     const stage_known known = {x, ctl->guard.applied, reference};
     stage_step *const step = &ctl->step;
-    const rumo_status status = solver.solve(&ctl->solving, &ctl->stages, &known, &limits, step);
+    const rumo_status status = solver_of(&ctl->problem.sizes)->solve(&ctl->solving, &ctl->stages, &known, &limits, step);
     plan->iterations += step->iterations;
     plan->conflicts = step->conflicts;
     plan->conflict = step->conflict;

@@ -82,9 +82,9 @@ RARE static rumo_fault update_numbers(rumo_controller *ctl, const rumo_numbers *
                        differ(fresh.move_weights, old->move_weights, s->n) ||
                        differ(fresh.constraint_scales, old->constraint_scales, s->nc);
     assign_rumo_numbers(old, &fresh, sizes);
-    solver.renumber(&ctl->solving);
+    solver_of(&ctl->problem.sizes)->renumber(&ctl->solving);
     if (given_parameters) spread_parameters(ctl);
-    if (scales || prices || rows) solver.forget(&ctl->solving);
+    if (scales || prices || rows) solver_of(&ctl->problem.sizes)->forget(&ctl->solving);
     if (linear || ctl->stored) ctl->prepared = 0;
     return no_fault;
 }

@@ -21,8 +21,9 @@ RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) 
     ctl->stored_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     ctl->last_reference = alloc_doubles(a, (s.N + 1) * s.ny);
     ctl->expected = alloc_doubles(a, (s.N + 1) * s.ny);
+    ctl->near_reach = alloc_doubles(a, s.nx);
     lay_out_stages(a, &ctl->stages, own, p);
-    solver.lay_out(a, &ctl->solving, own, p);
+    solver_of(&p->sizes)->lay_out(a, &ctl->solving, own, p);
     ctl->step.dx = alloc_doubles(a, (ptrdiff_t)(s.N + 1) * s.ldx);
     ctl->step.du = alloc_doubles(a, s.N * s.nu);
     ctl->step.constraints = plan_constraints(ctl);
@@ -49,7 +50,7 @@ static void configure(rumo_controller *ctl, const rumo_settings *settings) {
 RARE static void reset_controller(rumo_controller *ctl) {
     reset_guard(&ctl->guard);
     ctl->prepared = ctl->stored = ctl->behind = ctl->stages.balanced = ctl->has_reference = 0;
-    solver.forget(&ctl->solving);
+    solver_of(&ctl->problem.sizes)->forget(&ctl->solving);
     ctl->prepare_seconds = ctl->linearize_seconds = ctl->straying = 0.0;
     ctl->last_step = NAN;
 }
@@ -58,7 +59,7 @@ RARE static rumo_controller *create_controller(const rumo_problem *p, const rumo
     arena a = {aligned(memory), 0};
     rumo_controller *ctl = (rumo_controller *)alloc(&a, sizeof *ctl);
     lay_out(&a, ctl, p);
-    solver.renumber(&ctl->solving);
+    solver_of(&ctl->problem.sizes)->renumber(&ctl->solving);
     spread_parameters(ctl);
     configure(ctl, settings);
     reset_controller(ctl);

@@ -83,7 +83,9 @@ static rumo_status attempt(rumo_controller *ctl, const double *x, const double *
     const dims *s = &ctl->s;
     const rumo_status finite = finite_sample(s->nx, x, keep_reference(ctl, reference));
     if (finite != RUMO_OPTIMAL) return finite;
-    if (!plausible(&ctl->guard, x, ctl->stages.near_reach)) return RUMO_BAD_MEASUREMENT;
+    if (is_near(&ctl->guard, x)) zero(ctl->near_reach, s->nx);
+    else solver_of(&ctl->problem.sizes)->reach(&ctl->solving, gate_stages(s), ctl->near_reach);
+    if (!plausible(&ctl->guard, x, ctl->near_reach)) return RUMO_BAD_MEASUREMENT;
     if (!ctl->guard.has_guess) {
         start_guess(ctl, x);
         if (!linearize(ctl)) return RUMO_SOLVER_FAILED;

@@ -60,7 +60,7 @@ def test_calls_nothing_but_arithmetic_and_the_clock(core_of):
 @on_linux
 def test_has_no_variables(core_of):
     data = {name for kind, name in symbols(core_of("fast")) if kind in "bBsSgGCdD"}
-    tables = {"rumo_core", "matrix_space", "dense_space"}
+    tables = {"rumo_core", "matrix_space", "dense_space", "dense_solver", "riccati_space", "riccati_solver"}
     assert data == tables, "tables of functions are constant, but a loader fills in their addresses"
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from problems import car
-from test_backends import EXACT, assert_same, drive
+from test_backends import BACKENDS, EXACT, assert_same, drive, made_with
 
 import rumo
 from rumo.controllers import NlpSettings
@@ -66,10 +66,11 @@ def start():
 @every_case
 def test_portable_equals_reference(case, scheme):
     problem = problem_of(case)
-    controllers = [rumo.RealTimeIteration(problem, scheme, qp=EXACT, backend=b) for b in ("reference", "portable")]
-    for first, second in drive(controllers, problem, start(), REFERENCE, samples=8):
-        assert_same(problem, first, second, 1e-7)
+    controllers = [made_with(problem, backend, scheme) for backend in BACKENDS]
+    for first, *others in drive(controllers, problem, start(), REFERENCE, samples=8):
         assert first.status.solved
+        for other in others:
+            assert_same(problem, first, other, 1e-7)
 
 
 @pytest.mark.parametrize("case", ["growing", "held_inputs", "all_at_once"])

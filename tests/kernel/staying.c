@@ -1,5 +1,6 @@
 /* A stage solver that leaves the inputs as they are guessed: the smallest there can be. */
 #include "solve/stage_solver.h"
+#include "solve/dense/condense.c"
 #include "stages/along.c"
 
 typedef struct staying {
@@ -18,12 +19,17 @@ static void staying_lay_out(arena *a, void *self, const rumo_problem *own, const
 
 static void staying_nothing(void *self) { (void)self; }
 
-static int staying_prepare(void *self, stage_maps *m, int shift) {
+static int staying_prepare(void *self, const stage_maps *m, int shift) {
     const dims s = dims_of(&((staying *)self)->problem->sizes);
     (void)shift;
     spread(&s, &m->map, m->map_row, m->maps, ((staying *)self)->stages);
-    for (int r = 0; r < s.nx; ++r) m->reach[r] = m->near_reach[r] = 1.0;
     return 1;
+}
+
+static void staying_reach(void *self, int stages, double *reach) {
+    const dims s = dims_of(&((staying *)self)->problem->sizes);
+    (void)stages;
+    for (int r = 0; r < s.nx; ++r) reach[r] = 1.0;
 }
 
 static rumo_status staying_solve(void *self, const stage_maps *m, const stage_known *known, const budget *limits,
@@ -47,4 +53,5 @@ static rumo_status staying_solve(void *self, const stage_maps *m, const stage_kn
     return RUMO_OPTIMAL;
 }
 
-static const stage_solver solver = {staying_lay_out, staying_nothing, staying_nothing, staying_prepare, staying_solve};
+static const stage_solver solver = {staying_lay_out, staying_nothing, staying_nothing, staying_prepare,
+                                    staying_reach,   staying_solve};

@@ -12,6 +12,7 @@ typedef struct dims {
     int N, d, nx, nz, nu, ny, nc, lanes; /* lanes: stages, padded */
     int m, nw, ni;                       /* substeps, unknowns of each; of an interval but its state at the end */
     int explicit_scheme;
+    int condensing;                      /* whether the states are eliminated at once */
     int nb;                              /* blocks of intervals with one free input each */
     int n, ld;                           /* free inputs; length of a row of them, padded */
     int rows, width, ldx;                /* rows nx + nz and columns of a stage's (A, B, c); rows, padded */
@@ -35,6 +36,7 @@ static inline dims dims_of(const rumo_sizes *p) {
     s.nw = s.nx + s.nz + p->inner;
     s.explicit_scheme = p->explicit_scheme;
     s.ni = s.explicit_scheme ? 0 : s.m * s.nw - s.nx;
+    s.condensing = p->condensing;
     s.nb = p->blocks;
     s.n = s.nb * s.nu;
     s.ld = padded(s.n);

@@ -26,8 +26,58 @@
 #endif
 #if defined(__GNUC__) && !defined(RUMO_TAILORED)
 #define APART __attribute__((noinline))
+#define KERNEL APART
 #else
 #define APART
+#define KERNEL WITHIN /* a loop nest that constant sizes unroll */
+#endif
+
+/* Vectors of the processor's own width, plain numbers where the compiler has none. */
+#if defined(__GNUC__) && defined(__AVX512F__)
+#define VEC 8
+#elif defined(__GNUC__) && defined(__AVX__)
+#define VEC 4
+#elif defined(__GNUC__) && (defined(__SSE2__) || defined(__ARM_NEON))
+#define VEC 2
+#else
+#define VEC 1
+#endif
+#if VEC > 1
+typedef double vec __attribute__((vector_size(VEC * 8), may_alias));
+typedef double half_vec __attribute__((vector_size(VEC * 4), may_alias));
+#define UNROLL _Pragma("GCC unroll 16")
+#else
+typedef double vec;
+#define UNROLL
+#endif
+
+static WITHIN vec load(const double *from) { return *(const vec *)from; }
+
+static WITHIN void store(double *to, vec a) { *(vec *)to = a; }
+
+/* The sum of a vector's numbers: halves are added until one is left. */
+#if VEC == 1
+static WITHIN double total(vec a) { return a; }
+#else
+#ifdef __clang__
+#define MOVED(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
+#else
+typedef long long lane_numbers __attribute__((vector_size(VEC * 8)));
+#define MOVED(a, ...) __builtin_shuffle(a, (lane_numbers){__VA_ARGS__})
+#endif
+static WITHIN double total(vec a) {
+#if VEC == 8
+    a += MOVED(a, 4, 5, 6, 7, 0, 1, 2, 3);
+    a += MOVED(a, 2, 3, 0, 1, 6, 7, 4, 5);
+    a += MOVED(a, 1, 0, 3, 2, 5, 4, 7, 6);
+#elif VEC == 4
+    a += MOVED(a, 2, 3, 0, 1);
+    a += MOVED(a, 1, 0, 3, 2);
+#else
+    a += MOVED(a, 1, 0);
+#endif
+    return a[0];
+}
 #endif
 
 static inline int padded(int count) { return (count + LANES - 1) / LANES * LANES; }

@@ -9,6 +9,23 @@
 /* And only if the prediction has left them by more than this share of the gate's unit. */
 #define GATE_MOTION 1e-3
 
+/* How far the plan moves a state over the next stages. */
+static double span_of(const rumo_guard *g, int r) {
+    double span = 0.0;
+    for (int k = 1; k <= gate_stages(&g->s); ++k)
+        span = fmax(span, fabs(g->next_x[k * g->s.nx + r] - g->next_x[r]));
+    return span;
+}
+
+/* Whether a measurement is plausible however little the inputs can do: what they can then need not be known. */
+static int is_near(const rumo_guard *g, const double *x) {
+    if (isinf(g->gate_width) || !g->has_next) return 1;
+    if (g->has_last && memcmp(x, g->last_x, (size_t)g->s.nx * sizeof *x) == 0) return 0;
+    for (int r = 0; r < g->s.nx; ++r)
+        if (!(fabs(x[r] - g->next_x[r]) <= g->gate_width * span_of(g, r))) return 0;
+    return 1;
+}
+
 /* Whether a measurement can be. Held back are samples outside a wide gate around the prediction, and samples that repeat
  * the one before in every state although the prediction has moved; both are believed when they go on for too long.
  *
@@ -21,11 +38,8 @@ static int plausible(rumo_guard *g, const double *x, const double *reach) {
     if (isinf(width) || !g->has_next || !reach) return 1;
     int expected = 1, agrees = g->implausible > 0, moved = 0;
     for (int r = 0; r < nx; ++r) {
-        double span = 0.0;
-        for (int k = 1; k <= gate_stages(&g->s); ++k)
-            span = fmax(span, fabs(g->next_x[k * nx + r] - g->next_x[r]));
-        const double unit = reach[r] + span, innovation = fabs(x[r] - g->next_x[r]);
         if (reach[r] == 0.0) continue;
+        const double unit = reach[r] + span_of(g, r), innovation = fabs(x[r] - g->next_x[r]);
         expected &= innovation <= width * unit;
         agrees &= fabs(x[r] - g->suspect[r]) <= width * unit;
         moved |= innovation > GATE_MOTION * unit;

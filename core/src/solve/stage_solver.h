@@ -1,8 +1,8 @@
 /* The seam between linearised stages and whatever finds the step from the guess.
  *
- * A second solver is a folder beside dense/ with a file that defines `solver`, a stage_solver, and `solver_memory`, the type
- * of its memory; it may use base/, stages/ and active_set/, not guard/. A build takes it by RUMO_SOLVER, the name of that
- * file, in Python by kernel.tailored(description, solver). Calls through `solver`, a constant, cost nothing.
+ * There are two, dense condensing and Riccati sweeps, and a problem's sizes say which: solver.h. Another one is a file that
+ * defines `solver`, a stage_solver, and `solver_memory`, the type of its memory; it may use base/, stages/ and active_set/, not guard/. A build takes it by RUMO_SOLVER, the
+ * name of that file, in Python by kernel.tailored(description, solver). Calls through a constant cost nothing.
  *
  * What every solver owes: inputs of the delay are `decided`, those after it obey bounds and move bounds, and hold over blocks
  * (base/blocks.h). Constraints are imposed where the problem says so, but not where no input moves them. Soft ones give
@@ -51,9 +51,10 @@ typedef struct stage_solver {
     void (*renumber)(void *); /* the problem's numbers are others, or known for the first time */
     void (*forget)(void *);   /* nothing of former solutions helps */
     /* All that needs no measurement, with what is kept of former solutions `shift` samples on, 0 or 1; 0 if there can be no
-     * solution. The stages' reach is filled in: a dense solver has it in its responses; without them a sweep back along the
-     * stages, as in controllers/engines/reach.py, takes as long as a quarter of a dense step. */
-    int (*prepare)(void *, stage_maps *, int shift);
+     * solution. */
+    int (*prepare)(void *, const stage_maps *, int shift);
+    /* Of what was prepared: how far the ranges of all free inputs together move each state (nx,) until the end of a stage. */
+    void (*reach)(void *, int stages, double *);
     /* From the stages prepared last, once or several times: OPTIMAL; BUDGET_EXCEEDED with the best step so far, admissible
      * for bounds and move bounds; or ILL_CONDITIONED or SOLVER_FAILED, which leave no step. */
     rumo_status (*solve)(void *, const stage_maps *, const stage_known *, const budget *, stage_step *);

@@ -38,6 +38,7 @@ static void load_guess(stage_maps *m) {
 APART static int linearise(stage_maps *m, const double *last) {
     const rumo_problem *p = m->problem;
     const dims s = dims_of(&p->sizes);
+    copy(m->guess_last, last, s.nu);
     hold_guess(m, last);
     load_guess(m);
     for (int j = 0; j < s.m; ++j) {

@@ -19,6 +19,7 @@ typedef struct stage_maps {
 
     double *guess_x, *guess_u;    /* (N + 1, nx), (N, nu): where it is linearised */
     double *guess_values;         /* (nb, nu): of its blocks; the end of guess_u where there are none */
+    double *guess_last;           /* (nu,): the input before the first free one, as it was then */
     double *guess_inner;          /* (ni, lanes): other unknowns of the intervals, see inner.c */
 
     double *maps, *other_maps;    /* (entries, lanes): A, B and c of the intervals, see compose.c; results if m = 1 */
@@ -27,8 +28,7 @@ typedef struct stage_maps {
     int *end_of_A;                /* (rows,): where the entries of A end in each row of a map */
     double *terms;                /* (slots, lanes): y, G and their derivatives, by */
     sparse Cx, Cu, D, E;
-    double *reach, *near_reach;   /* (nx,): how far all inputs' ranges move a state until the end of the horizon, and until
-                                     the end of the innovation gate's */
+    double *reach;                /* (nx,): how far all inputs' ranges move a state until the end of the horizon */
 
     double *x_lanes, *u_lanes, *p_lanes, *registers, *work; /* see tape.c, eliminate.c */
     double *results;              /* (m, entries, lanes): maps of the substeps; of the last one if explicit */
@@ -53,6 +53,7 @@ RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own
     m->guess_x = alloc_doubles(a, (s.N + 1) * s.nx);
     m->guess_u = alloc_doubles(a, s.N * s.nu);
     m->guess_values = unblocked(&s) ? m->guess_u + s.d * s.nu : alloc_doubles(a, s.n);
+    m->guess_last = alloc_doubles(a, s.nu);
     m->guess_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
 
     m->x_lanes = alloc_doubles(a, s.nx * (s.lanes + LANES));
@@ -89,7 +90,6 @@ RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own
     m->E = rows_of(a, &p->E, s.nc);
     m->end_of_A = alloc_ints(a, s.rows);
     m->reach = alloc_doubles(a, s.nx);
-    m->near_reach = alloc_doubles(a, s.nx);
     if (!a->base) return;
     for (int i = 0; i < p->sizes.slots; ++i)
         for (int k = 0; k < s.lanes; ++k) m->terms[(ptrdiff_t)i * s.lanes + k] = isnan(p->fixed[i]) ? 0.0 : p->fixed[i];

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -39,6 +39,7 @@ class InnovationGate:
 
 
 WIDE_GATE = InnovationGate()
+SOLVERS = ("auto", "riccati", "condensing")
 
 
 @dataclass(frozen=True)
@@ -55,13 +56,20 @@ class QpOptions:
     time_limit : float
         For a QP [s], in the C core only; reaching it is `Status.BUDGET_EXCEEDED`. A finite limit makes results depend
         on the machine.
+    solver : str
+        How the C core goes about the horizon: "riccati" keeps the states and takes time linear in the number of
+        intervals; "condensing" eliminates them; "auto" condenses where a horizon has no more free inputs than the
+        model has states. Chosen when a controller is made.
     """
 
     max_iterations: int = 1000
     tolerance: float = 1e-10
     time_limit: float = np.inf
+    solver: Literal["auto", "riccati", "condensing"] = "auto"
 
     def __post_init__(self) -> None:
+        if self.solver not in SOLVERS:
+            raise ArgumentError("QpOptions.solver", repr(self.solver), " or ".join(map(repr, SOLVERS)))
         whole_number(self.max_iterations, "QpOptions.max_iterations", 0)
         positive_number(self.tolerance, "QpOptions.tolerance")
         if self.time_limit != np.inf:

@@ -34,8 +34,6 @@ PATIENCE = 120.0
 """Time that a compiler may take [s]."""
 SUFFIX = ".dll" if os.name == "nt" else ".so"
 
-DENSE = "solve/dense/dense.c"
-
 COMMON = ("-std=c11", "-shared", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-w")
 GCC = ("-march=native", "-O2", "-ftree-vectorize", "-fvect-cost-model=dynamic", "-fpeel-loops")
 """As fast as -O3, and compiled in two thirds of its time."""
@@ -63,15 +61,15 @@ def portable() -> Build:
     return Build("portable")
 
 
-def tailored(description: Description, solver: str = DENSE) -> Build:
+def tailored(description: Description, solver: str | None = None) -> Build:
     """The build for a problem, compiled if the cache has none; the portable one if that is not possible.
 
     Parameters
     ----------
     description : Description
         What the core needs to know.
-    solver : str
-        The file that defines the stage solver, see `solve/stage_solver.h`.
+    solver : str or None
+        A file that defines another stage solver, see `solve/stage_solver.h`.
     """
     try:
         sources = _sources(description, solver)
@@ -113,7 +111,7 @@ def cache_folder() -> Path:
     return folder
 
 
-def _sources(description: Description, solver: str = DENSE) -> tuple[str, str]:
+def _sources(description: Description, solver: str | None = None) -> tuple[str, str]:
     """One translation unit, with sizes and core, and the model that it includes."""
     return (
         f"""\
@@ -122,7 +120,7 @@ def _sources(description: Description, solver: str = DENSE) -> tuple[str, str]:
 #define RUMO_TABLE rumo_core_tailored
 #define RUMO_BUILD "tailored"
 #define RUMO_EVALUATE "model.h"
-#define RUMO_SOLVER "{solver}"
+{f'#define RUMO_SOLVER "{solver}"' if solver else ""}
 #include "core.c"
 """,
         description.tape.source("evaluate", description.sizes[0])

@@ -27,6 +27,37 @@ typedef struct condensed {
     double *transpose;    /* (n, ld): inverse of U, upper triangular */
 } condensed;
 
+/* The stages' maps (entries, lanes) to the columns of each stage. */
+static void spread(const dims *s, const sparse *map, const int *row, const double *restrict maps, double *restrict stages) {
+    for (int e = 0; e < map->start[s->rows]; ++e) {
+        double *restrict place = stages + map->column[e] * s->ldx + row[e];
+        const double *restrict values = maps + (ptrdiff_t)e * s->lanes;
+        for (int k = 0; k < s->N; ++k) place[(ptrdiff_t)k * s->width * s->ldx] = values[k];
+    }
+}
+
+/* dx of a stage from dx of the one before; du may be NULL for none. */
+static inline void advance(const dims *s, const double *restrict stage, const double *restrict before,
+                           const double *restrict du, double *restrict dx) {
+    for (int r = 0; r < s->ldx; r += LANES) {
+        double even[LANES], odd[LANES] = {0.0}; /* two sums, so that one need not wait for the other */
+        const double *restrict column = stage + r;
+        copy(even, stage + (ptrdiff_t)(s->width - 1) * s->ldx + r, LANES);
+        int c = 0;
+        for (; c + 1 < s->nx; c += 2, column += 2 * s->ldx) {
+            for (int l = 0; l < LANES; ++l) even[l] += before[c] * column[l];
+            for (int l = 0; l < LANES; ++l) odd[l] += before[c + 1] * column[s->ldx + l];
+        }
+        if (c < s->nx) {
+            for (int l = 0; l < LANES; ++l) even[l] += before[c] * column[l];
+            column += s->ldx;
+        }
+        for (int j = 0; du && j < s->nu; ++j, column += s->ldx)
+            for (int l = 0; l < LANES; ++l) odd[l] += du[j] * column[l];
+        for (int l = 0; l < LANES; ++l) dx[r + l] = even[l] + odd[l];
+    }
+}
+
 /* row = scale * sum of factor_e * (row column_e of from); factors lie `step` apart. */
 static inline void combine(double *restrict row, double scale, const double *restrict factor, int step,
                            const int *column, int count, const double *restrict from, int ld, int length) {

@@ -5,8 +5,6 @@
 #include "solve/dense/prepare.c"
 #include "solve/dense/solve.c"
 
-typedef dense solver_memory;
-
-static const stage_solver solver = {dense_lay_out, dense_renumber, dense_forget, dense_prepare, dense_solve};
+static const stage_solver dense_solver = {dense_lay_out, dense_renumber, dense_forget, dense_prepare, dense_reach, dense_solve};
 
 #endif

@@ -5,6 +5,7 @@
 #include "base/blocks.h"
 #include "solve/active_set/matrix.c"
 #include "solve/dense/condense.c"
+#include "solve/free_inputs.h"
 #include "solve/stage_solver.h"
 
 typedef struct dense {
@@ -14,7 +15,7 @@ typedef struct dense {
     condensed condensed;
     int shift;                             /* stages by which the working set is taken over */
     int *imposed_now;                      /* (N nc,): constraints that are imposed and that inputs can influence */
-    const double *free_lower, *free_upper; /* (nb, nu): limits of the free inputs; a view where there are no blocks */
+    free_limits limits;
     double *constraints;                   /* (N nc,): less their limits, if the inputs stay with the guess */
     double *best, *other;                  /* (ld,) */
     double *zeros;                         /* (nu,) */
@@ -36,8 +37,7 @@ RARE static void dense_lay_out(arena *a, void *self, const rumo_problem *own, co
     const dims s = d->s = dims_of(&given->sizes);
     const rumo_bounds *bounds = &own->numbers.bounds;
     d->problem = own;
-    d->free_lower = unblocked(&s) ? bounds->input_lower + s.d * s.nu : alloc_doubles(a, s.n);
-    d->free_upper = unblocked(&s) ? bounds->input_upper + s.d * s.nu : alloc_doubles(a, s.n);
+    d->limits = lay_out_limits(a, &s, bounds);
     condensed *const h = &d->condensed;
     h->held = own->blocking;
     h->stages = alloc_doubles(a, (ptrdiff_t)s.N * s.width * s.ldx);

@@ -9,41 +9,19 @@
 /* A constraint that all inputs' ranges move by less than this share of its scale is not imposed. */
 #define NO_INFLUENCE 1e-10
 
-/* Limits of the free inputs: where they are held over intervals, all limits of these. */
-RARE static void limit_free_inputs(const dims *s, const rumo_blocking *held, const rumo_bounds *bounds, double *lower,
-                                   double *upper) {
-    for (int i = 0; i < s->n; ++i) {
-        lower[i] = -INFINITY;
-        upper[i] = INFINITY;
-    }
-    for (int k = s->d; k < s->N; ++k)
-        for (int j = 0; j < s->nu; ++j) {
-            const int own = block_at(s, held, k) * s->nu + j, i = k * s->nu + j;
-            /* An input on the way from one block's value to the next is within limits if both are. */
-            const int first = share_at(s, held, k) < 1.0 && own >= s->nu ? own - s->nu : own;
-            for (int member = first; member <= own; member += s->nu) {
-                lower[member] = fmax(lower[member], bounds->input_lower[i]);
-                upper[member] = fmin(upper[member], bounds->input_upper[i]);
-            }
-        }
-}
-
 /* What the solver keeps in another form. */
 RARE static void dense_renumber(void *self) {
     dense *const d = (dense *)self;
     const dims *s = &d->s;
     const rumo_numbers *p = &d->problem->numbers;
     qp *q = &d->p.q;
-    int limited = 0;
-    for (int j = 0; j < s->nu; ++j) limited |= isfinite(p->bounds.move_lower[j]) || isfinite(p->bounds.move_upper[j]);
-    limit_increments(&d->p, limited ? s->nu : 0);
+    limit_increments(&d->p, limits_moves(s, &p->bounds) ? s->nu : 0);
     for (int i = 0; i < s->N * s->nc; ++i) {
         q->l1[q->first_soft + i] = p->l1[i % s->nc];
         q->l2[q->first_soft + i] = p->l2[i % s->nc];
     }
     for (int i = 0; i < s->N * s->ny; ++i) d->condensed.root_weights[i] = sqrt(2.0 * p->output_weights[i]);
-    if (!unblocked(s))
-        limit_free_inputs(s, &d->problem->blocking, &p->bounds, (double *)d->free_lower, (double *)d->free_upper);
+    limit_free_inputs(s, &d->problem->blocking, &p->bounds, &d->limits);
 }
 
 static void dense_forget(void *self) { clear_members(&((dense *)self)->p.q); }
@@ -59,7 +37,7 @@ static int dense_becomes(const qp *q, int row) {
 }
 
 /* Condense, factor, and take over the working set of the step before, `shift` stages on. */
-OUTSIDE static int dense_prepare(void *self, stage_maps *m, int shift) {
+OUTSIDE static int dense_prepare(void *self, const stage_maps *m, int shift) {
     dense *const d = (dense *)self;
     const rumo_problem *p = d->problem;
     const dims s = dims_of(&p->sizes);
@@ -67,9 +45,6 @@ OUTSIDE static int dense_prepare(void *self, stage_maps *m, int shift) {
     condensed *const h = &d->condensed;
     spread(&s, &m->map, m->map_row, m->maps, h->stages);
     respond(&s, &m->map, m->end_of_A, m->maps, scales, h);
-    reach_of(&s, h, s.N, m->reach);
-    if (gate_stages(&s) < s.N) reach_of(&s, h, gate_stages(&s), m->near_reach);
-    else copy(m->near_reach, m->reach, s.nx);
     for (int k = s.d; k < s.N; ++k) {
         const int length = padded(inputs_at(&s, &h->held, k));
         for (int i = k * s.ny; i < (k + 1) * s.ny; ++i)
@@ -90,6 +65,12 @@ OUTSIDE static int dense_prepare(void *self, stage_maps *m, int shift) {
     d->shift = shift && unblocked(&s) && p->shift.same_rows;
     renew_members(&d->p.q, dense_becomes);
     return 1;
+}
+
+static void dense_reach(void *self, int stages, double *reach) {
+    const dense *d = (const dense *)self;
+    const dims s = dims_of(&d->problem->sizes);
+    reach_of(&s, &d->condensed, stages, reach);
 }
 
 #endif

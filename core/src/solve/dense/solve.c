@@ -46,8 +46,8 @@ static WITHIN void set_up_qp(dense *d, const stage_maps *m, const stage_known *k
         const double slope = 2.0 * numbers->move_weights[i] * move * scale;
         d->p.gradient[i] += slope;
         if (i >= s.nu) d->p.gradient[i - s.nu] -= slope;
-        q->lower[i] = (d->free_lower[i] - u[i]) / scale;
-        q->upper[i] = (d->free_upper[i] - u[i]) / scale;
+        q->lower[i] = (d->limits.lower[i] - u[i]) / scale;
+        q->upper[i] = (d->limits.upper[i] - u[i]) / scale;
         if (!d->p.band) continue;
         q->lower[s.n + i] = (numbers->block_lower[i] - move) / scale;
         q->upper[s.n + i] = (numbers->block_upper[i] - move) / scale;
@@ -83,7 +83,7 @@ static void clip_deviations(const dense *d, const double *guess, const double *l
     const double *scale = numbers->input_scales;
     double *u = d->inputs;
     for (int i = 0; i < s->n; ++i) u[i] = guess[i] + scale[i % s->nu] * v[i];
-    make_admissible(s->nu, last, d->free_lower, d->free_upper, numbers->block_lower, numbers->block_upper, s->nu, u, s->nb);
+    make_admissible(s->nu, last, d->limits.lower, d->limits.upper, numbers->block_lower, numbers->block_upper, s->nu, u, s->nb);
     for (int i = 0; i < s->n; ++i) v[i] = (u[i] - guess[i]) / scale[i % s->nu];
 }
 

@@ -26,7 +26,7 @@ class CoreEngine:
     def __init__(self, transcription: Transcription, settings: Settings, *, tailor: bool) -> None:
         self._lock = RLock()  # what the core computes with is what its plans' layout says
         self._problem = transcription.problem
-        description = core_problem(transcription)
+        description = core_problem(transcription, settings.qp.solver)
         self._numbers = {name: description.values[name] for name in NUMBERS}
         self._build: Build = tailored(description) if tailor else portable()
         self.backend = self._build.name

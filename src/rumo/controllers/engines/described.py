@@ -32,8 +32,8 @@ def core_settings(settings: ControllerSettings) -> CoreSettings:
     )
 
 
-def core_problem(transcription: Transcription) -> Description:
-    """A problem and its scheme."""
+def core_problem(transcription: Transcription, solver: str = "auto") -> Description:
+    """A problem, its scheme, and how its quadratic programs are solved: see `QpOptions.solver`."""
     problem, scheme = transcription.problem, transcription.discretization
     model, blocks = problem.model, problem.blocks
     sizes = _sizes(problem) | {
@@ -44,6 +44,7 @@ def core_problem(transcription: Transcription) -> Description:
         "substeps": scheme.substeps,
         "explicit_scheme": scheme.explicit,
         "blocks": len(blocks.lengths),
+        "condensing": int(condenses(problem, solver)),
         "shift_same_rows": int(problem.uniform),
     }
     values = numbers_of(transcription) | _placed(transcription)
@@ -52,6 +53,12 @@ def core_problem(transcription: Transcription) -> Description:
         values[f"blocking_{name}"] = np.concatenate([np.zeros(problem.delay, array.dtype), array])
     values |= {"imposed": transcription.imposed, "algebraic_guess": model.algebraic_guess}
     return describe(stage_program(transcription), sizes, values)
+
+
+def condenses(problem: Problem, solver: str) -> bool:
+    """Whether states are condensed: unless asked for, where a horizon has no more free inputs than the model states."""
+    free = len(problem.blocks.lengths) * len(problem.model.inputs)
+    return solver == "condensing" or (solver == "auto" and free <= len(problem.model.states))
 
 
 def numbers_of(transcription: Transcription) -> dict[str, Array]:

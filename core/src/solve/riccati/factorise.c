@@ -1,0 +1,131 @@
+/* The Riccati recursion, from the last stage back. */
+#ifndef RUMO_RICCATI_FACTORISE_C
+#define RUMO_RICCATI_FACTORISE_C
+
+#include "solve/riccati/horizon.c"
+#include "solve/riccati/node_rows.h"
+#include "solve/riccati/products.h"
+
+/* P += the curvature of a stage's outputs at its end: 2 Q times the square of each row. */
+static WITHIN void add_stage_cost(const riccati *r, int k, double *restrict P) {
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    const node_rows *n = &r->outputs;
+    for (int i = 0; i < s.ny; ++i) {
+        const double weight = 2.0 * r->problem->numbers.output_weights[k * s.ny + i];
+        for (int a = n->start[i]; a < n->start[i + 1]; ++a) {
+            double *restrict row = P + n->entry[a] * p.ld;
+            const double first = weight * n->value[a][k];
+            for (int b = n->start[i]; b < n->start[i + 1]; ++b) row[n->entry[b]] += first * n->value[b][k];
+        }
+    }
+}
+
+/* Where inputs begin, H is the slope of the cost to go by them: G'T, and the cost of changing them. */
+static void curve_inputs(riccati *r, const layout *p, const dims *s, int k, const double *rows) {
+    const rumo_numbers *numbers = &r->problem->numbers;
+    double *restrict H = r->H, *restrict L = r->factor, *restrict curvature = r->move_curvature + k * s->nu;
+    const onto of_v = {0, r->T + p->v * p->ld, r->ones};
+    product(rows + p->B, 1, p->ld, s->nu, r->T, p->ld, p->rows, H, in_fours(p->c), unblocked(s) ? of_v : nothing_else);
+    for (int j = 0; j < s->nu; ++j) {
+        const double scale = numbers->input_scales[j];
+        curvature[j] = 2.0 * numbers->move_weights[block_at(s, &r->problem->blocking, k) * s->nu + j] * scale * scale;
+        for (int i = 0; i <= j; ++i) L[j * s->nu + i] = H[j * p->ld + p->B + i];
+        L[j * s->nu + j] += curvature[j];
+        r->q.span += L[j * s->nu + j];
+        r->largest_curvature = larger(r->largest_curvature, L[j * s->nu + j]);
+    }
+    for (int j = 0; j < s->nu; ++j)
+        for (int l = 0; l < p->ld; l += VEC) {
+            double *h = H + j * p->ld + l;
+            store(h, load(h) * load(r->kept + l) - curvature[j] * load(r->unit + j * p->ld + l));
+        }
+}
+
+/* The best inputs, given zeta: the curvature along them is L D L', H becomes L^-1 H, and gains -D^-1 L^-1 H; 0 if it is not
+ * definite. */
+static int solve_inputs(riccati *r, const layout *p, int nu, double *restrict gains) {
+    double *restrict H = r->H, *restrict L = r->factor, *restrict inverse = r->inverse;
+    for (int j = 0; j < nu; ++j) inverse[j] = L[j * nu + j];
+    for (int j = 0; j < nu; ++j) {
+        const double pivot = L[j * nu + j];
+        if (!(pivot > 1e-14 * inverse[j])) return 0;
+        inverse[j] = 1.0 / pivot;
+        for (int i = j + 1; i < nu; ++i) {
+            const double l = L[i * nu + j] * inverse[j];
+            for (int q = j + 1; q <= i; ++q) L[i * nu + q] -= l * L[q * nu + j];
+            axpy(H + i * p->ld, -l, H + j * p->ld, p->ld);
+        }
+        for (int i = j + 1; i < nu; ++i) L[i * nu + j] *= inverse[j];
+        for (int l = 0; l < p->ld; l += VEC) store(gains + j * p->ld + l, -inverse[j] * load(H + j * p->ld + l));
+    }
+    return 1;
+}
+
+/* From -D^-1 L^-1 H to -K = -L'^-1 D^-1 L^-1 H, and L'^-1 D^-1/2. */
+static void finish_gains(riccati *r, const layout *p, int nu, double *restrict gains, double *restrict roots) {
+    const double *restrict L = r->factor;
+    for (int j = 0; j < nu; ++j)
+        for (int i = 0; i < nu; ++i) roots[j * nu + i] = i == j ? sqrt(r->inverse[j]) : 0.0;
+    for (int j = nu - 1; j >= 0; --j)
+        for (int i = 0; i < j; ++i) {
+            axpy(gains + i * p->ld, -L[j * nu + i], gains + j * p->ld, p->ld);
+            for (int q = j; q < nu; ++q) roots[i * nu + q] -= L[j * nu + i] * roots[j * nu + q];
+        }
+}
+
+/* Leave of T the columns of F. */
+static WITHIN void keep_columns(riccati *r, const layout *p, int rows) {
+    for (int l = rows / VEC * VEC; l < in_fours(p->c + 1); l += VEC)
+        for (int i = 0; i < rows; ++i) {
+            double *t = r->T + i * p->ld + l;
+            store(t, load(t) * load(r->kept + l));
+        }
+}
+
+/* One stage: from P at its end to P at its beginning, without the cost there; 0 if not definite. */
+static int factorise_stage(riccati *r, int k) {
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    const double *restrict rows = rows_of_stage(r, &p, k);
+    double *restrict T = r->T, *restrict next = r->next_P, *restrict Pc = r->Pc + (ptrdiff_t)(k + 1) * p.ld;
+    double *restrict gains = r->gains + (ptrdiff_t)k * s.nu * p.ld;
+    /* T = P (F, G, c); where the rows of v are not stored, they are units in the columns of G. */
+    const onto of_v = {0, r->P, r->of_v};
+    product(r->P, p.ld, 1, p.zeta, rows, p.ld, p.rows, T, in_fours(p.c + 1), of_v);
+    for (int i = 0; i < p.zeta; ++i) Pc[i] = T[i * p.ld + p.c];
+    const int fresh = begins(&s, &r->problem->blocking, k);
+    if (fresh) {
+        curve_inputs(r, &p, &s, k, rows);
+        if (!solve_inputs(r, &p, s.nu, gains)) return 0;
+    }
+    keep_columns(r, &p, s.rows);
+    product_lower(rows, 1, p.ld, 0, s.nx, T, p.ld, s.rows, next, nothing_else);
+    zero(next + s.nx * p.ld, (p.zeta - s.nx) * p.ld);
+    if (!unblocked(&s))
+        product_lower(rows + p.v, 1, p.ld, p.v, 2 * s.nu, T, p.ld, p.rows, next + p.v * p.ld, nothing_else);
+    if (fresh) {
+        product_lower(r->H, 1, p.ld, 0, p.zeta, gains, p.ld, s.nu, next, what_is_there);
+        for (int j = 0; j < s.nu; ++j) next[(p.v + j) * (p.ld + 1)] += r->move_curvature[k * s.nu + j];
+        finish_gains(r, &p, s.nu, gains, r->roots + (ptrdiff_t)k * s.nu * s.nu);
+    }
+    mirror_lower(next, p.zeta, p.ld);
+    r->next_P = r->P;
+    r->P = next;
+    return 1;
+}
+
+/* All stages; 0 if not definite. */
+static int factorise_stages(riccati *r) {
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    r->q.span = r->largest_curvature = 0.0;
+    zero(r->P, p.zeta * p.ld);
+    for (int k = s.N - 1; k >= s.d; --k) {
+        add_stage_cost(r, k, r->P);
+        if (!factorise_stage(r, k)) return 0;
+    }
+    return 1;
+}
+
+#endif

@@ -1,0 +1,134 @@
+/* The structured solver's part that needs no measurement. */
+#ifndef RUMO_RICCATI_PREPARE_C
+#define RUMO_RICCATI_PREPARE_C
+
+#include "solve/riccati/space.c"
+
+RARE static void riccati_lay_out(arena *a, void *self, const rumo_problem *own, const rumo_problem *given) {
+    riccati *const r = (riccati *)self;
+    const dims s = r->s = dims_of(&given->sizes);
+    const layout p = layout_of(&s);
+    const ptrdiff_t lanes = s.lanes, nodes = (ptrdiff_t)(s.N + 1) * p.ld, square = (ptrdiff_t)p.zeta * p.ld;
+    r->problem = own;
+    r->limits = lay_out_limits(a, &s, &own->numbers.bounds);
+    r->rows = alloc_doubles(a, (ptrdiff_t)s.N * p.rows * p.ld);
+    r->columns = alloc_doubles(a, (ptrdiff_t)s.N * p.columns * p.ld);
+    r->gains = alloc_doubles(a, (ptrdiff_t)s.N * s.nu * p.ld);
+    r->roots = alloc_doubles(a, (ptrdiff_t)s.N * s.nu * s.nu);
+    r->kept = alloc_doubles(a, p.ld);
+    r->of_v = alloc_doubles(a, p.ld);
+    r->ones = alloc_doubles(a, p.ld);
+    r->unit = alloc_doubles(a, s.nu * p.ld);
+    double **const squares[] = {&r->P, &r->next_P, &r->covariance, &r->half, &r->closed};
+    for (size_t i = 0; i < sizeof squares / sizeof *squares; ++i) *squares[i] = alloc_doubles(a, square);
+    double **const by_nodes[] = {&r->Pc, &r->zeta, &r->nodes};
+    for (size_t i = 0; i < sizeof by_nodes / sizeof *by_nodes; ++i) *by_nodes[i] = alloc_doubles(a, nodes);
+    r->T = alloc_doubles(a, (ptrdiff_t)p.zeta * p.ld);
+    r->H = alloc_doubles(a, s.nu * p.ld);
+    r->factor = alloc_doubles(a, s.nu * s.nu);
+    double **const by_input[] = {&r->inverse, &r->input_slope};
+    for (size_t i = 0; i < sizeof by_input / sizeof *by_input; ++i) *by_input[i] = alloc_doubles(a, s.nu);
+    r->move_curvature = alloc_doubles(a, s.N * s.nu);
+    r->zeta_lanes = alloc_doubles(a, p.zeta * lanes);
+    r->slope_lanes = alloc_doubles(a, p.zeta * lanes);
+    double **const inputs_by_lanes[] = {&r->change_lanes, &r->moves, &r->former};
+    for (size_t i = 0; i < sizeof inputs_by_lanes / sizeof *inputs_by_lanes; ++i) *inputs_by_lanes[i] = alloc_doubles(a, s.nu * lanes);
+    r->force = alloc_doubles(a, lanes);
+    r->forces = alloc_doubles(a, (2 * s.nu + s.nc) * lanes);
+    r->row = alloc_doubles(a, p.ld);
+    r->out = alloc_doubles(a, p.ld);
+    r->reach_rows = alloc_doubles(a, (ptrdiff_t)s.nx * p.ld);
+    r->reach_next = alloc_doubles(a, (ptrdiff_t)s.nx * p.ld);
+    double **const by_free_input[] = {&r->best, &r->other, &r->inputs};
+    for (size_t i = 0; i < sizeof by_free_input / sizeof *by_free_input; ++i) *by_free_input[i] = alloc_doubles(a, s.n);
+    lay_out_node_rows(a, &s, s.ny, given->Cx.count, given->Cu.count, &r->outputs);
+    lay_out_node_rows(a, &s, s.nc, given->D.count, given->E.count, &r->constraints);
+    alloc_qp(a, &r->q, &riccati_space, s.n, (2 * s.nu + s.nc) * s.lanes, 2 * s.nu * s.lanes);
+    r->pi = alloc_doubles(a, (ptrdiff_t)r->q.capacity * p.ld);
+    r->gamma = alloc_doubles(a, r->q.capacity);
+    r->conflict = (rumo_conflict *)alloc(a, (size_t)r->q.capacity * sizeof *r->conflict);
+    r->entries = (laid_entry *)alloc(a, (size_t)(s.rows * s.width) * sizeof *r->entries);
+    if (a->base) lay_out_inputs(&s, &p, &own->blocking, r);
+}
+
+/* What the solver keeps in another form. */
+RARE static void riccati_renumber(void *self) {
+    riccati *const r = (riccati *)self;
+    const dims *s = &r->s;
+    const rumo_numbers *p = &r->problem->numbers;
+    qp *q = &r->q;
+    const int limited = limits_moves(s, &p->bounds);
+    const int fresh = q->weight[0] == 0.0 || r->limited != limited;
+    r->limited = limited;
+    q->first_soft = (limited ? 2 : 1) * s->nu * s->lanes;
+    q->rows = q->first_soft + s->nc * s->lanes;
+    for (int i = 0; fresh && i < q->places; ++i) {
+        q->lower[i] = q->floor[i] = -INFINITY;
+        q->upper[i] = q->ceiling[i] = q->l1[i] = INFINITY;
+        q->l2[i] = 0.0;
+        q->weight[i] = i < s->nu * s->lanes ? 1.0 : 0.70710678118654752440;
+    }
+    for (int i = 0; i < s->nc * s->lanes; ++i) {
+        q->l1[q->first_soft + i] = p->l1[i / s->lanes];
+        q->l2[q->first_soft + i] = p->l2[i / s->lanes];
+    }
+    if (fresh) r->norms_at = -1;
+    limit_free_inputs(s, &r->problem->blocking, &p->bounds, &r->limits);
+}
+
+static void riccati_forget(void *self) {
+    riccati *const r = (riccati *)self;
+    clear_members(&r->q);
+    r->norms_at = -1;
+}
+
+/* The row that a member is after the horizon has been prepared again, `shift` stages on. */
+static int riccati_becomes(const qp *q, int row) {
+    const riccati *r = (const riccati *)q;
+    const limited_thing of = limited_by(r, row);
+    const int k = of.k - r->shift;
+    if (k < r->s.d || (of.kind == RUMO_PATH_CONSTRAINT && !r->problem->imposed[k * r->s.nc + of.index])) return -1;
+    return row - r->shift;
+}
+
+/* By a sweep back from the stage. */
+static void riccati_reach(void *self, int stages, double *restrict reach) {
+    riccati *const r = (riccati *)self;
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    double *rows = r->reach_rows, *next = r->reach_next;
+    zero(rows, s.nx * p.ld);
+    zero(reach, s.nx);
+    for (int i = 0; i < s.nx; ++i) rows[i * p.ld + i] = 1.0;
+    for (int k = stages - 1; k >= s.d; --k) {
+        product(rows, p.ld, 1, s.nx, rows_of_stage(r, &p, k), p.ld, p.rows, next, in_fours(p.c), nothing_else);
+        if (begins(&s, &r->problem->blocking, k))
+            for (int i = 0; i < s.nx; ++i)
+                for (int j = 0; j < s.nu; ++j) reach[i] += fabs(next[i * p.ld + p.B + j]);
+        double *const done = rows;
+        rows = next;
+        next = done;
+    }
+}
+
+OUTSIDE static int riccati_prepare(void *self, const stage_maps *m, int shift) {
+    riccati *const r = (riccati *)self;
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    if (!r->maps) {
+        place_entries(&s, &p, m, r);
+        place_node_rows(&s, &p, m, &m->Cx, &m->Cu, &r->outputs);
+        place_node_rows(&s, &p, m, &m->D, &m->E, &r->constraints);
+    }
+    r->maps = m;
+    mix_node_rows(&s, m, &m->Cu, r->problem->numbers.input_scales, &r->outputs);
+    mix_node_rows(&s, m, &m->E, r->problem->numbers.input_scales, &r->constraints);
+    lay_stages(r, m);
+    if (!factorise_stages(r)) return 0;
+    refresh_norms(r, r->norms_at < 0 ? s.N - s.d : (s.N - s.d + NORM_SAMPLES - 1) / NORM_SAMPLES);
+    r->shift = shift && unblocked(&s) && r->problem->shift.same_rows;
+    renew_members(&r->q, riccati_becomes);
+    return 1;
+}
+
+#endif

@@ -1,0 +1,108 @@
+/* Memory of the structured solver: the horizon as a linear quadratic problem with stages.
+ *
+ * Node k + 1 lies at the end of stage k. What is there is zeta = (x, z, v), deviations from the guess: states, algebraic
+ * variables, and the free inputs that act on the stage in units of their ranges, since cost and limits are also on their
+ * changes. Where inputs are held over blocks, v is the value of a stage's block and of the one before.
+ *
+ *   zeta_{k+1} = F zeta_k + G v_k + (c, 0)
+ *
+ * Completing squares along the stages, from the last one back, leaves |w|^2 / 2 with v_k = -K zeta_k + L'^-1 w_k: the space in
+ * which the active-set method works. A row joins by a sweep back, w leads to zeta by a sweep forward, each linear in N.
+ *
+ * Source: Frison and Jorgensen (2013) for condensing and Riccati recursion as two orders of one elimination.
+ */
+#ifndef RUMO_RICCATI_H
+#define RUMO_RICCATI_H
+
+#include "base/blocks.h"
+#include "solve/active_set/qp.c"
+#include "solve/free_inputs.h"
+#include "solve/stage_solver.h"
+
+/* Where what lies in vectors over zeta, and in rows over (zeta_k, v_k, 1): constants in a tailored build. Where inputs are not
+ * held over blocks, F has no columns of v, and those of G take their place. */
+typedef struct layout {
+    int v, before;     /* of a block's value and of the one before, in zeta; the same where inputs are not held */
+    int zeta;          /* length of zeta */
+    int B, c;          /* of G and of the constant term in a row of a stage */
+    int ld;            /* length of both, padded */
+    int rows;          /* rows of F that are stored: those of v are a shift where inputs are not held */
+    int moving;        /* entries of zeta that F moves on: not z */
+    int columns;       /* columns of a stage: those, v_k, 1 */
+} layout;
+
+static inline layout layout_of(const dims *s) {
+    const int held = !unblocked(s);
+    layout p;
+    p.v = s->rows;
+    p.before = s->rows + (held ? s->nu : 0);
+    p.zeta = p.before + s->nu;
+    p.B = held ? p.zeta : p.v;
+    p.c = p.B + s->nu;
+    p.ld = padded(p.zeta > p.c + 1 ? p.zeta : p.c + 1);
+    p.rows = held ? p.zeta : s->rows;
+    p.moving = s->nx + (held ? 2 * s->nu : 0);
+    p.columns = p.moving + s->nu + 1;
+    return p;
+}
+
+/* Where an entry of the maps lies: in the maps, and in rows and columns of a stage. */
+typedef struct laid_entry {
+    int from, in_rows, in_columns, input;
+} laid_entry;
+
+/* Sparse rows over zeta at the ends of stages, see node_rows.h. */
+typedef struct node_rows {
+    int rows;
+    int *start, *entry;   /* (rows + 1,), (entries,): of zeta */
+    const double **value; /* (entries,): each (lanes,) */
+    double *mixed;        /* (entries of v, lanes) */
+} node_rows;
+
+typedef struct riccati {
+    qp q;
+    dims s;
+    const rumo_problem *problem;
+    double *rows;                    /* (N, rows, ld): of (F, G, c) */
+    double *columns;                 /* (N, columns, ld): of F, G and c, with those of v */
+    double *gains, *roots;           /* (N, nu, ld), (N, nu, nu): -K and L'^-1 */
+    double *ones, *kept, *of_v, *unit; /* (ld,), and (nu, ld): ones; where a row of (F, G, c) has F; of v, where it has
+                                          not; of each v */
+    double *P, *next_P, *T, *H;      /* (zeta, ld) each, (nu, ld): see factorise.c */
+    double *factor, *inverse;        /* (nu, nu), (nu,): L, and 1 / D, of a stage */
+    double *move_curvature;          /* (N, nu): by change of v, where inputs begin, else 0 */
+    double *Pc;                      /* (N + 1, ld): P c at each node */
+    double *zeta, *nodes;            /* (N + 1, ld): trajectory; slopes by it */
+    double *zeta_lanes, *slope_lanes;/* (zeta, lanes): the same at the ends of stages */
+    node_rows outputs, constraints;
+    double *change_lanes, *moves;    /* (nu, lanes): changes of v where inputs begin, and those of the guess */
+    double *force, *forces;          /* (lanes,), (rows,): multipliers */
+    double *former;                  /* (nu, lanes): v before a correction */
+    double *pi, *gamma;              /* (capacity, ld), (capacity,): a member's value at w = 0 is pi' zeta_d + gamma */
+    double *row, *out, *input_slope; /* (ld,), (ld,), (nu,): scratch */
+    double *covariance, *half, *closed; /* (zeta, ld) each: see norms.c */
+    int norms_at;                    /* stage at which norms are refreshed next, -1: at all */
+    laid_entry *entries;             /* (entries,): those of inputs, which are in units of their ranges, come last */
+    int plain_entries, entry_count;
+    double *reach_rows, *reach_next; /* (nx, ld) */
+    double *best, *other, *inputs;   /* (nb, nu) */
+    double largest_curvature;        /* along an input */
+    int shift, limited;              /* stages by which the working set is taken over; whether changes of inputs are limited */
+    free_limits limits;
+    const stage_maps *maps;          /* what is being solved */
+    const stage_known *known;
+    rumo_conflict *conflict;
+} riccati;
+
+static inline double *rows_of_stage(const riccati *r, const layout *p, int k) { return r->rows + (ptrdiff_t)k * p->rows * p->ld; }
+
+static inline double *columns_of_stage(const riccati *r, const layout *p, int k) {
+    return r->columns + (ptrdiff_t)k * p->columns * p->ld;
+}
+
+/* Whether new inputs begin at a stage. */
+static inline int begins(const dims *s, const rumo_blocking *held, int k) {
+    return unblocked(s) || k == s->d || held->block[k] != held->block[k - 1];
+}
+
+#endif

@@ -1,0 +1,185 @@
+/* The structured solver's part once the measurement is known. */
+#ifndef RUMO_RICCATI_SOLVE_C
+#define RUMO_RICCATI_SOLVE_C
+
+#include "base/admissible.h"
+#include "solve/riccati/prepare.c"
+
+/* The last input decided, before the first free one. */
+static const double *last_known(const dims *s, const stage_known *known) { return known->decided + (decided_inputs(s) - 1) * s->nu; }
+
+/* Simulate the stages that are decided, to zeta_d. */
+static void simulate_decided(riccati *r, const stage_maps *m, const stage_known *known, stage_step *step) {
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    const double *scales = r->problem->numbers.input_scales, *last = last_known(&s, known);
+    for (int i = 0; i < s.nx; ++i) r->zeta[i] = known->x[i] - m->guess_x[i];
+    for (int k = 0; k < s.d; ++k) {
+        for (int j = 0; j < s.nu; ++j) {
+            const int i = k * s.nu + j;
+            step->du[i] = known->decided[i] - m->guess_u[i];
+            r->input_slope[j] = step->du[i] / scales[j];
+        }
+        double *zeta = r->zeta + (ptrdiff_t)k * p.ld;
+        forward_stage(r, &s, &p, k, zeta, r->input_slope, zeta + p.ld);
+    }
+    for (int j = 0; j < s.nu; ++j) r->zeta[s.d * p.ld + p.v + j] = (last[j] - m->guess_last[j]) / scales[j];
+}
+
+/* Limits of all rows, as deviations from the guess. */
+static void set_limits(riccati *r, const stage_maps *m) {
+    const dims s = dims_of(&r->problem->sizes);
+    const rumo_numbers *numbers = &r->problem->numbers;
+    qp *q = &r->q;
+    for (int k = s.d; k < s.N; ++k) {
+        if (!begins(&s, &r->problem->blocking, k)) continue;
+        for (int j = 0; j < s.nu; ++j) {
+            const int i = block_at(&s, &r->problem->blocking, k) * s.nu + j, row = j * s.lanes + k;
+            const double *u = m->guess_values, scale = numbers->input_scales[j];
+            const double move = u[i] - (i < s.nu ? m->guess_last[j] : u[i - s.nu]);
+            r->moves[row] = move / scale;
+            q->lower[row] = (r->limits.lower[i] - u[i]) / scale;
+            q->upper[row] = (r->limits.upper[i] - u[i]) / scale;
+            if (!r->limited) continue;
+            q->lower[s.nu * s.lanes + row] = (numbers->block_lower[i] - move) / scale;
+            q->upper[s.nu * s.lanes + row] = (numbers->block_upper[i] - move) / scale;
+        }
+    }
+    for (int i = 0; i < s.nc; ++i)
+        for (int k = s.d; k < s.N; ++k) {
+            const double value = m->terms[(ptrdiff_t)(r->problem->G_first + i) * s.lanes + k];
+            const int at = k * s.nc + i;
+            q->upper[q->first_soft + i * s.lanes + k] =
+                r->problem->imposed[at] ? numbers->constraint_limits[at] - value : INFINITY;
+        }
+    watch_members(q);
+}
+
+/* Put v within bounds and move bounds. */
+static void riccati_clip(const riccati *r, const stage_known *known, double *v) {
+    const dims *s = &r->s;
+    const rumo_numbers *numbers = &r->problem->numbers;
+    const double *scale = numbers->input_scales, *guess = r->maps->guess_values;
+    double *u = r->inputs;
+    for (int i = 0; i < s->n; ++i) u[i] = guess[i] + scale[i % s->nu] * v[i];
+    make_admissible(s->nu, last_known(s, known), r->limits.lower, r->limits.upper, numbers->block_lower, numbers->block_upper,
+                    s->nu, u, s->nb);
+    for (int i = 0; i < s->n; ++i) v[i] = (u[i] - guess[i]) / scale[i % s->nu];
+}
+
+/* Cost along the states that v leads to, and of their violation of soft rows; *violation is the largest of hard ones, in units
+ * of the ranges. */
+static double cost_of(riccati *r, const double *v, double *violation) {
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    const qp *q = &r->q;
+    const stage_maps *m = r->maps;
+    double cost = 0.0, *nothing = r->input_slope;
+    for (int k = s.d; k < s.N; ++k) {
+        const double *own = v + block_at(&s, &r->problem->blocking, k) * s.nu;
+        zero(nothing, s.nu);
+        double *zeta = r->zeta + (ptrdiff_t)k * p.ld;
+        forward_stage(r, &s, &p, k, zeta, begins(&s, &r->problem->blocking, k) ? own : nothing, zeta + p.ld);
+    }
+    riccati_values(r);
+    for (int i = 0; i < s.ny; ++i) {
+        zero(r->force, s.lanes);
+        add_node_values(&r->outputs, i, r->zeta_lanes, s.lanes, r->force);
+        for (int k = s.d; k < s.N; ++k) {
+            const double y = m->terms[(ptrdiff_t)(r->problem->y_first + i) * s.lanes + k];
+            const double error = r->force[k] + y - r->known->reference[(k + 1) * s.ny + i];
+            cost += r->problem->numbers.output_weights[k * s.ny + i] * error * error;
+        }
+    }
+    for (int j = 0; j < s.nu; ++j)
+        for (int k = s.d; k < s.N; ++k) {
+            const double change = r->moves[j * s.lanes + k] + r->change_lanes[j * s.lanes + k];
+            cost += 0.5 * r->move_curvature[k * s.nu + j] * change * change;
+        }
+    *violation = 0.0;
+    for (int row = q->first_soft; row < q->rows; ++row) {
+        const double over = q->value[row] - q->upper[row];
+        if (!(over > 0.0) || row % s.lanes >= s.N) continue;
+        if (isinf(q->l1[row])) *violation = fmax(*violation, over * q->weight[row]);
+        else cost += over * (q->l1[row] + q->l2[row] * over);
+    }
+    return cost;
+}
+
+/* When the budget has run out: the better of where the solver stands and the guess, both made admissible. */
+RARE static void take_best(riccati *r, const stage_known *known) {
+    const dims s = dims_of(&r->problem->sizes);
+    double beyond, beyond_guess;
+    for (int k = s.d; k < s.N; ++k)
+        for (int j = 0; j < s.nu; ++j)
+            r->best[block_at(&s, &r->problem->blocking, k) * s.nu + j] = r->q.value[j * s.lanes + k];
+    zero(r->other, s.n);
+    riccati_clip(r, known, r->best);
+    riccati_clip(r, known, r->other);
+    const double cost_guess = cost_of(r, r->other, &beyond_guess), cost = cost_of(r, r->best, &beyond);
+    const int worse = fabs(beyond - beyond_guess) > RUMO_SLACK_TOLERANCE ? beyond > beyond_guess : !(cost <= cost_guess);
+    if (worse) cost_of(r, r->other, &beyond_guess);
+}
+
+/* From zeta to deviations of inputs and states, and constraints there. */
+static void riccati_expand(const riccati *r, stage_step *step) {
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    const stage_maps *m = r->maps;
+    const qp *q = &r->q;
+    for (int k = 0; k <= s.N; ++k) copy(step->dx + (ptrdiff_t)k * s.ldx, r->zeta + (ptrdiff_t)k * p.ld, s.rows);
+    for (int k = s.d; k < s.N; ++k)
+        for (int j = 0; j < s.nu; ++j) {
+            const double *zeta = r->zeta + (ptrdiff_t)(k + 1) * p.ld, share = share_at(&s, &r->problem->blocking, k);
+            const double mixed = unblocked(&s) ? zeta[p.v + j] : share * zeta[p.v + j] + (1.0 - share) * zeta[p.before + j];
+            step->du[k * s.nu + j] = r->problem->numbers.input_scales[j] * mixed;
+        }
+    for (int k = 0; k < s.N; ++k)
+        for (int i = 0; i < s.nc; ++i) {
+            const int at = k * s.nc + i;
+            const double limit = r->problem->numbers.constraint_limits[at];
+            step->constraints[at] =
+                k < s.d ? linearised(m, r->problem->G_first, i, &m->D, &m->E, k, step->dx + (ptrdiff_t)(k + 1) * s.ldx,
+                                     step->du + k * s.nu, limit)
+                        : m->terms[(ptrdiff_t)(r->problem->G_first + i) * s.lanes + k] - limit +
+                              q->value[q->first_soft + i * s.lanes + k];
+        }
+}
+
+/* Rows of the program as limits of stages. */
+RARE static void riccati_name_conflicts(const riccati *r) {
+    for (int i = 0; i < r->q.conflicts; ++i) {
+        const limited_thing of = limited_by(r, r->q.conflict[i]);
+        r->conflict[i] = (rumo_conflict){of.kind, of.k + 1, of.index};
+    }
+}
+
+static rumo_status riccati_solve(void *self, const stage_maps *m, const stage_known *known, const budget *limits,
+                                 stage_step *step) {
+    riccati *const r = (riccati *)self;
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    qp *const q = &r->q;
+    r->maps = m;
+    r->known = known;
+    simulate_decided(r, m, known, step);
+    set_limits(r, m);
+    for (int i = 0; i < q->count; ++i) {
+        const int place = q->place[i];
+        q->base[place] = r->gamma[place] + row_times(r->pi + (ptrdiff_t)place * p.ld, r->zeta + s.d * p.ld, p.zeta);
+    }
+    const rumo_status status = solve_qp(q, limits);
+    step->iterations = q->iterations;
+    step->conflicts = q->conflicts;
+    step->conflict = r->conflict;
+    if (q->conflicts) riccati_name_conflicts(r);
+    if (status > RUMO_BUDGET_EXCEEDED) return status;
+    if (status == RUMO_BUDGET_EXCEEDED) take_best(r, known);
+    step->size = 0.0;
+    for (int i = 0; i < s.nu * s.lanes; ++i) step->size = larger(step->size, fabs(q->value[i]));
+    step->kkt_residual = status == RUMO_OPTIMAL ? q->kkt_residual : NAN; /* else it is not the solver's */
+    riccati_expand(r, step);
+    return status;
+}
+
+#endif

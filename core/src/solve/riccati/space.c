@@ -1,0 +1,160 @@
+/* The horizon as a program of the active-set method: rows are bounds, changes and constraints of all stages, number k in lane k.
+ */
+#ifndef RUMO_SPACE_C
+#define RUMO_SPACE_C
+
+#include "solve/riccati/norms.c"
+#include "solve/riccati/sweeps.c"
+
+/* What a row of the program limits: which input or constraint of stage k. */
+typedef struct limited_thing {
+    rumo_limit kind;
+    int k, index;
+} limited_thing;
+
+static inline limited_thing limited_by(const riccati *r, int row) {
+    const int lanes = r->s.lanes, number = row / lanes, k = row % lanes, nu = r->s.nu;
+    if (row >= r->q.first_soft) return (limited_thing){RUMO_PATH_CONSTRAINT, k, number - r->q.first_soft / lanes};
+    return number < nu ? (limited_thing){RUMO_INPUT_BOUND, k, number} : (limited_thing){RUMO_MOVE_BOUND, k, number - nu};
+}
+
+static int riccati_transform(qp *q, int position) {
+    riccati *const r = (riccati *)q;
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    const limited_thing of = limited_by(r, q->member[position]);
+    const int place = q->place[position], path = of.kind == RUMO_PATH_CONSTRAINT;
+    double *pi = r->pi + (ptrdiff_t)place * p.ld, *gamma = r->gamma + place;
+    zero(r->row, p.ld);
+    if (path) add_node_row(&s, &r->constraints, of.index, of.k, 1.0, r->row);
+    else r->row[p.v + of.index] = 1.0;
+    const double size = sweep_row(r, of.k, of.kind == RUMO_MOVE_BOUND ? of.index : -1, moved(q, position), pi, gamma);
+    if (path && !(size > NO_INFLUENCE * r->problem->numbers.constraint_scales[of.index])) return 0;
+    q->base[place] = *gamma + row_times(pi, r->zeta + s.d * p.ld, p.zeta);
+    return 1;
+}
+
+/* Lanes of zeta at the ends of stages to nodes, and back. */
+static void to_nodes(const dims *s, const layout *p, const double *restrict lanes, double *restrict nodes) {
+    for (int k = s->d; k < s->N; ++k)
+        for (int i = 0; i < p->zeta; ++i) nodes[(k + 1) * p->ld + i] = lanes[(ptrdiff_t)i * s->lanes + k];
+}
+
+static void from_nodes(const dims *s, const layout *p, const double *restrict nodes, double *restrict lanes) {
+    for (int k = s->d; k < s->N; ++k)
+        for (int i = 0; i < p->zeta; ++i) lanes[(ptrdiff_t)i * s->lanes + k] = nodes[(k + 1) * p->ld + i];
+}
+
+/* Values of all rows along zeta, which is kept in lanes too. */
+static void riccati_values(riccati *r) {
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    qp *q = &r->q;
+    from_nodes(&s, &p, r->zeta, r->zeta_lanes);
+    for (int j = 0; j < s.nu; ++j) {
+        const double *v = r->zeta_lanes + (ptrdiff_t)(p.v + j) * s.lanes;
+        double *change = r->change_lanes + (ptrdiff_t)j * s.lanes;
+        copy(q->value + j * s.lanes, v, s.lanes);
+        change[s.d] = v[s.d] - r->zeta[s.d * p.ld + p.v + j];
+        for (int k = s.d + 1; k < s.N; ++k) change[k] = v[k] - v[k - 1];
+        if (r->limited) copy(q->value + (s.nu + j) * s.lanes, change, s.lanes);
+    }
+    for (int i = 0; i < s.nc; ++i) {
+        double *value = q->value + q->first_soft + i * s.lanes;
+        zero(value, s.lanes);
+        add_node_values(&r->constraints, i, r->zeta_lanes, s.lanes, value);
+    }
+}
+
+/* Slopes at the nodes of cost and forces along zeta: outputs' errors, changes of inputs, members and saturated rows. */
+static void slope_at_nodes(riccati *r, int members) {
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    const stage_maps *m = r->maps;
+    const qp *q = &r->q;
+    zero(r->slope_lanes, p.zeta * s.lanes);
+    double *force = r->force;
+    for (int i = 0; i < s.ny; ++i) {
+        const double *y = m->terms + (ptrdiff_t)(r->problem->y_first + i) * s.lanes;
+        zero(force, s.lanes);
+        add_node_values(&r->outputs, i, r->zeta_lanes, s.lanes, force);
+        for (int k = s.d; k < s.N; ++k) {
+            const double error = force[k] + y[k] - r->known->reference[(k + 1) * s.ny + i];
+            force[k] = 2.0 * r->problem->numbers.output_weights[k * s.ny + i] * error;
+        }
+        add_node_forces(&r->outputs, i, force, s.lanes, r->slope_lanes);
+    }
+    double *forces = r->forces;
+    zero(forces, q->rows);
+    for (int i = 0; members && i < q->count; ++i) forces[q->member[i]] = q->mu[i];
+    for (int row = q->first_soft, left = q->saturated; left > 0 && row < q->rows; ++row)
+        if (q->state[row] == SATURATED) {
+            forces[row] = q->l1[row];
+            --left;
+        }
+    for (int i = 0; (members || q->saturated) && i < s.nc; ++i)
+        add_node_forces(&r->constraints, i, forces + q->first_soft + i * s.lanes, s.lanes, r->slope_lanes);
+    for (int j = 0; j < s.nu; ++j) {
+        double *by_v = r->slope_lanes + (ptrdiff_t)(p.v + j) * s.lanes;
+        const double *bound = forces + j * s.lanes, *by_change = forces + (s.nu + j) * s.lanes;
+        double later = 0.0;
+        for (int k = s.N - 1; k >= s.d; --k) {
+            const double change = r->moves[j * s.lanes + k] + r->change_lanes[j * s.lanes + k];
+            const double now = r->move_curvature[k * s.nu + j] * change + (r->limited ? by_change[k] : 0.0);
+            by_v[k] += bound[k] + now - later;
+            later = now;
+        }
+    }
+    to_nodes(&s, &p, r->slope_lanes, r->nodes);
+}
+
+static void riccati_start(qp *q) {
+    riccati *const r = (riccati *)q;
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    double size = 0.0;
+    zero(r->zeta_lanes, p.zeta * s.lanes);
+    zero(r->change_lanes, s.nu * s.lanes);
+    slope_at_nodes(r, 0);
+    sweep_back(r, 1, q->w, &size);
+    for (int i = 0; i < q->ld; ++i) q->w[i] = -q->w[i];
+}
+
+static void riccati_evaluate(qp *q) {
+    riccati *const r = (riccati *)q;
+    sweep_forward(r, q->w);
+    riccati_values(r);
+}
+
+static double riccati_correct(qp *q, const double *step) {
+    riccati *const r = (riccati *)q;
+    const int inputs = r->s.nu * r->s.lanes;
+    double largest = 0.0;
+    copy(r->former, q->value, inputs);
+    axpy(q->w, 1.0, step, q->ld);
+    riccati_evaluate(q);
+    for (int i = 0; i < inputs; ++i) largest = larger(largest, fabs(q->value[i] - r->former[i]));
+    return largest;
+}
+
+static double riccati_slope(qp *q, double *rest) {
+    riccati *const r = (riccati *)q;
+    double size = 1e-6 * r->largest_curvature;
+    slope_at_nodes(r, 1);
+    const double largest = sweep_back(r, 0, rest, &size);
+    return largest / size;
+}
+
+static double riccati_size_of(qp *q, const double *parts, int members) {
+    double *sum = q->shift, size = 0.0;
+    zero(sum, q->ld);
+    for (int i = 0; i < members; ++i)
+        if (parts[i] != 0.0) axpy(sum, parts[i], moved(q, i), q->ld);
+    for (int j = 0; j < q->n; ++j) size += fabs(sum[j]);
+    return sqrt(q->span) * size;
+}
+
+static const qp_space riccati_space = {riccati_start,     riccati_evaluate, riccati_correct,
+                                       riccati_transform, riccati_slope,    riccati_size_of};
+
+#endif

@@ -1,0 +1,99 @@
+/* Along the stages: back with the slope of a function of zeta, forward with w. */
+#ifndef RUMO_SWEEPS_C
+#define RUMO_SWEEPS_C
+
+#include "solve/riccati/horizon.c"
+#include "solve/riccati/products.h"
+
+/* From a slope by zeta_{k+1}, h, to that by zeta_k, in its place; `by_inputs` are those by new inputs, and what they are over w
+ * goes to m. Returns the slope by the constant term. */
+static WITHIN double back_stage(const riccati *r, const dims *s, const layout *p, int k, double *restrict h,
+                                double *restrict by_inputs, double *restrict m) {
+    const double *restrict rows = rows_of_stage(r, p, k), *restrict gains = r->gains + (ptrdiff_t)k * s->nu * p->ld;
+    const double *restrict fresh = columns_of_stage(r, p, k) + p->moving * p->ld;
+    const double *restrict roots = r->roots + (ptrdiff_t)k * s->nu * s->nu;
+    double *restrict out = r->out;
+    for (int j = 0; j < s->nu; ++j) by_inputs[j] = dot_of(h, fresh + j * p->ld, p->ld);
+    combine_rows(h, rows, p->ld, p->rows, out, 0);
+    for (int l = 0; l < p->ld; l += VEC) {
+        vec sum = load(out + l) * load(r->kept + l);
+        for (int j = 0; j < s->nu; ++j) sum += by_inputs[j] * load(gains + j * p->ld + l);
+        store(h + l, sum);
+    }
+    if (!begins(s, &r->problem->blocking, k)) return out[p->c];
+    m += block_at(s, &r->problem->blocking, k) * s->nu;
+    for (int j = 0; j < s->nu; ++j) {
+        m[j] = 0.0;
+        for (int i = 0; i <= j; ++i) m[j] += roots[i * s->nu + j] * by_inputs[i];
+    }
+    return out[p->c];
+}
+
+/* U'^-1 of a function's slopes at the nodes d + 1 .. N, as a row over w; with those of the constant terms if `affine`. Returns
+ * the largest slope by an input, in closed loop, and *size, the largest part of one. */
+static double sweep_back(riccati *r, int affine, double *restrict m, double *size) {
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    double *restrict h = r->row, *restrict slope = r->input_slope, largest = 0.0;
+    zero(h, p.ld);
+    for (int k = s.N - 1; k >= s.d; --k) {
+        const double *restrict node = r->nodes + (ptrdiff_t)(k + 1) * p.ld, *restrict Pc = r->Pc + (ptrdiff_t)(k + 1) * p.ld;
+        for (int l = 0; l < p.ld; l += VEC) {
+            vec sum = load(h + l) + load(node + l);
+            if (affine) sum += load(Pc + l);
+            store(h + l, sum);
+        }
+        for (int j = 0; j < s.nu; ++j) *size = larger(*size, fabs(h[p.v + j]));
+        back_stage(r, &s, &p, k, h, slope, m);
+        if (begins(&s, &r->problem->blocking, k))
+            for (int j = 0; j < s.nu; ++j) largest = larger(largest, fabs(slope[j]));
+    }
+    return largest;
+}
+
+/* The same for a single row, h at node k + 1, less `before` of v at node k: m, pi and gamma. Returns the size of what the
+ * inputs do to it, in closed loop. */
+static double sweep_row(riccati *r, int k, int before, double *restrict m, double *restrict pi, double *restrict gamma) {
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    double *restrict h = r->row, *restrict slope = r->input_slope, squares = 0.0;
+    zero(m, r->q.ld);
+    *gamma = 0.0;
+    for (int i = k; i >= s.d; --i) {
+        *gamma += back_stage(r, &s, &p, i, h, slope, m);
+        if (begins(&s, &r->problem->blocking, i))
+            for (int j = 0; j < s.nu; ++j) squares += slope[j] * slope[j];
+        if (i == k && before >= 0) h[p.v + before] -= 1.0;
+    }
+    copy(pi, h, p.ld);
+    return sqrt(squares);
+}
+
+/* zeta at a stage's end from that at its beginning and v (nu,). */
+static WITHIN void forward_stage(const riccati *r, const dims *s, const layout *p, int k, const double *restrict zeta,
+                                 const double *restrict v, double *restrict next) {
+    const double *restrict columns = columns_of_stage(r, p, k);
+    copy(next, columns + (p->columns - 1) * p->ld, p->ld);
+    combine_rows(zeta, columns, p->ld, s->nx, next, 1);
+    if (!unblocked(s)) combine_rows(zeta + p->v, columns + s->nx * p->ld, p->ld, 2 * s->nu, next, 1);
+    combine_rows(v, columns + p->moving * p->ld, p->ld, s->nu, next, 1);
+}
+
+/* zeta at all nodes after d, in closed loop with w. */
+static void sweep_forward(riccati *r, const double *restrict w) {
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    double *v = r->input_slope;
+    zero(v, s.nu);
+    for (int k = s.d; k < s.N; ++k) {
+        double *zeta = r->zeta + (ptrdiff_t)k * p.ld;
+        const double *gains = r->gains + (ptrdiff_t)k * s.nu * p.ld, *roots = r->roots + (ptrdiff_t)k * s.nu * s.nu;
+        const int fresh = begins(&s, &r->problem->blocking, k), own = block_at(&s, &r->problem->blocking, k) * s.nu;
+        for (int j = 0; j < s.nu; ++j) v[j] = dot_of(gains + j * p.ld, zeta, p.ld);
+        for (int j = 0; fresh && j < s.nu; ++j)
+            for (int i = j; i < s.nu; ++i) v[j] += roots[j * s.nu + i] * w[own + i];
+        forward_stage(r, &s, &p, k, zeta, v, zeta + p.ld);
+    }
+}
+
+#endif
