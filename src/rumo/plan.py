@@ -72,7 +72,9 @@ class Diagnostics:
     contraction : float
         That over the same of the iteration before: below 1 the iteration converges, as far as samples allow.
     kkt_residual : float
-        Largest slope of the Lagrangian at the guess, in units of the cost per range of an input.
+        What the plan lacks of solving its QP, by the optimality conditions stage by stage and without units: forces
+        that nothing balances, over the largest of those on the same input or state; violations of the dynamics, over
+        the largest terms of the same state, and of hard limits, over the inputs' ranges.
     """
 
     integrator_residual: float
