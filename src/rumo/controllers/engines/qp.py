@@ -15,6 +15,10 @@ from rumo.status import Status
 INFINITE = 1e30
 # Accuracy with which a program has to be infeasible; PIQP's own, 1e-4, gives up what weights of 1e6 ask for.
 INFEASIBLE = 1e-8
+# Accuracy of an interior point that is tried where a coarser one does not show what is active: prices beyond 1e8.
+FINEST = 1e-13
+# Iterations after which an interior point gets no nearer.
+ENOUGH = 200
 # By how much, in ranges, limits give way to their forces in the factor with which solutions are polished.
 PROXIMAL = 1e-8
 # Forces and violations below this share of what an input's range stands for are as good as none.
@@ -78,7 +82,7 @@ class Solution:
     status : Status
         OPTIMAL, BUDGET_EXCEEDED, ILL_CONDITIONED or SOLVER_FAILED.
     residual : float
-        Of the optimality conditions, see `Kkt.residual`; NaN if there is no minimiser.
+        Of the optimality conditions, see `Conditions.residual`; NaN if nothing was judged.
     """
 
     q: Array
@@ -93,25 +97,35 @@ def solve(program: SparseProgram, options: QpOptions) -> Solution:
     it is the solution if the optimality conditions hold and Newton's method has nothing left to change, whatever the
     interior point had to say.
     """
-    import piqp  # not needed by the compiled backends
-
     nothing = np.full(len(program.gradient), np.nan)
     if options.max_iterations == 0:
         return Solution(nothing, Status.BUDGET_EXCEEDED)
     if not program.sane:
         return Solution(nothing, Status.SOLVER_FAILED)
-    conditions = Conditions(program)
+    conditions, solution = Conditions(program), Solution(nothing, Status.ILL_CONDITIONED)
+    for accuracy in (max(options.tolerance, KKT_TOLERANCE), FINEST):
+        solution = _attempt(conditions, program, options.max_iterations, accuracy)
+        if solution.status is not Status.ILL_CONDITIONED:
+            break
+    return solution
+
+
+def _attempt(conditions: Conditions, program: SparseProgram, most: int, accuracy: float) -> Solution:
+    """Solve from an interior point of an accuracy, which is relative to the largest price."""
+    import piqp  # not needed by the compiled backends
+
     solver: Any = piqp.SparseSolver()  # its type hints ask for float64 where any float array does
-    solver.settings.max_iter = options.max_iterations
-    solver.settings.eps_abs = solver.settings.eps_rel = max(options.tolerance, KKT_TOLERANCE)
+    solver.settings.max_iter = min(most, ENOUGH)
+    solver.settings.eps_abs = solver.settings.eps_rel = accuracy
     solver.settings.kkt_solver = piqp.sparse_ldlt_eq_cond  # on unstable plants, others stall in one case of ten
     solver.settings.eps_primal_inf = solver.settings.eps_dual_inf = INFEASIBLE
     solver.setup(*conditions.with_slacks(program))
     outcome, result = solver.solve(), solver.result
-    n, size = len(program.lower), len(nothing)
+    n, size = len(program.lower), len(program.gradient)
+    nothing = np.full(size, np.nan)
     multipliers = np.concatenate([result.z_l, result.z_u, result.z_bl[:n], result.z_bu[:n]])
     start = Point(result.x[:size], result.y, multipliers[conditions.finite])
-    if outcome == piqp.PIQP_MAX_ITER_REACHED and not conditions.residual(start) <= KKT_TOLERANCE:
+    if outcome == piqp.PIQP_MAX_ITER_REACHED and most <= ENOUGH:
         return Solution(nothing, Status.BUDGET_EXCEEDED)
     point, step = conditions.minimise(start)
     residual = conditions.residual(point)
