@@ -45,11 +45,9 @@ APART static int linearise(stage_maps *m, const double *last) {
         double *result = results_of(m, j);
         double *inside = m->terms + (ptrdiff_t)p->defect_first * s.lanes;
         if (j + 1 == s.m) {
-            evaluate(&p->tape, &in, s.lanes, m->registers, m->terms);
-            if (!all_finite(m->terms, p->sizes.slots * s.lanes)) return 0;
+            if (!evaluate(&p->tape, &in, s.lanes, m->registers, m->terms)) return 0;
         } else {
-            evaluate_inner(&p->inner_tape, &in, s.lanes, m->registers, m->terms);
-            if (!all_finite(inside, (p->Cx.first - p->defect_first) * s.lanes)) return 0;
+            if (!evaluate_inner(&p->inner_tape, &in, s.lanes, m->registers, m->terms)) return 0;
         }
         if (s.explicit_scheme && j + 1 < s.m) {
             copy(m->on_the_way, inside, s.nx * s.lanes);

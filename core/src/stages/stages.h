@@ -59,8 +59,8 @@ RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own
     m->u_lanes = alloc_doubles(a, s.nu * s.lanes);
     m->p_lanes = alloc_doubles(a, (ptrdiff_t)p->sizes.parameters * s.lanes);
 #ifndef RUMO_TAILORED
-    const int places = register_places(&p->tape), inner_places = register_places(&p->inner_tape);
-    m->registers = alloc_doubles(a, (ptrdiff_t)(places > inner_places ? places : inner_places) * CHUNK);
+    const int registers = p->tape.registers, inner = p->inner_tape.registers;
+    m->registers = alloc_doubles(a, (ptrdiff_t)(registers > inner ? registers : inner) * CHUNK);
 #endif
     m->terms = alloc_doubles(a, (ptrdiff_t)p->sizes.slots * s.lanes);
     m->results = alloc_doubles(a, (ptrdiff_t)(s.explicit_scheme ? 1 : s.m) * e->entries * s.lanes);
