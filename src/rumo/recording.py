@@ -10,6 +10,7 @@ import numpy as np
 from rumo.kernel.description import MATRICES, VECTORS, StageProgram
 from rumo.kernel.optimise import optimised
 from rumo.kernel.tape import OPERATIONS, Tape
+from rumo.nominal import newton_matrices
 from rumo.problem import Problem
 from rumo.transcription import Transcription
 
@@ -93,4 +94,5 @@ def stage_program(transcription: Transcription) -> StageProgram:
 
     alone = transcription.discretization.substeps == 1
     inner = None if alone else tape(np.flatnonzero(varying & inside))
-    return StageProgram(tape(np.flatnonzero(varying)), inner, fixed, first, positions)
+    samples = newton_matrices(transcription)
+    return StageProgram(tape(np.flatnonzero(varying)), inner, fixed, first, positions, samples)

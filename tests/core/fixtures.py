@@ -11,6 +11,8 @@ from rumo.controllers.engines.described import core_problem
 from rumo.kernel import describe, problem_source
 from rumo.kernel.description import MATRICES, NUMBERS, SIZES, Description, StageProgram, members
 from rumo.kernel.export import array_source
+from rumo.kernel.straight import elimination_source
+from rumo.kernel.tailored import model_source
 from rumo.kernel.tape import Tape
 from rumo.references import SinePath
 from rumo.studies import PaperStudy
@@ -143,8 +145,7 @@ def tailored_model(fixture):
     description = description_of(fixture)
     sizes = ", ".join(str(size) for size in description.sizes)
     defines = f'#define RUMO_TAILORED\n#define RUMO_SIZES {sizes}\n#define RUMO_EVALUATE "model.h"\n'
-    N = description.sizes[0]
-    return defines, description.tape.source("evaluate", N) + description.inner_tape.source("evaluate_inner", N)
+    return defines, model_source(description)
 
 
 def recorded(fixture, samples, seed=0):
@@ -180,9 +181,16 @@ def fixture_header(chosen, samples):
 
 
 def pattern_header(count=24, seed=1):
-    """The header patterns.h: eliminations of random sparsity, in problems that have nothing else."""
+    """The header patterns.h: eliminations of random sparsity, as problems with nothing else and as straight lines."""
     rng = np.random.default_rng(seed)
-    parts, names = ['#include "rumo_core.h"\n'], []
+    declared = """\
+#include "rumo_core.h"
+typedef struct pattern {
+    const rumo_problem *problem;
+    int (*straight)(const double *, double, const double *restrict, double *restrict, double *restrict);
+} pattern;
+"""
+    parts, names = [declared], []
     for index in range(count):
         nx, nu = int(rng.integers(1, 11)), int(rng.integers(1, 4))
         # From triangular to one block of all; diagonals need not be there, but something must be to pivot on.
@@ -206,10 +214,10 @@ def pattern_header(count=24, seed=1):
         given = ("shift_", "blocking_", "inner_signals", "inner_nodes", "algebraic_guess", "imposed", *NUMBERS)
         empty = {name: np.zeros(0) for name in arrays if name.startswith(given)}
         empty |= {name: np.zeros((8, nu)) for name in ("input_lower", "input_upper")}
-        description: Description = describe(StageProgram(tape, None, np.zeros(slots), first, positions), sizes, empty)
+        stage = StageProgram(tape, None, np.zeros(slots), first, positions, np.zeros((0, nx, nx)))
+        description: Description = describe(stage, sizes, empty)
         parts.append(problem_source(description, f"pattern_{index}"))
-        names.append(f"&pattern_{index}")
-    parts.append(
-        f"static const rumo_problem *const patterns[] = {{{', '.join(names)}}};\nenum {{ PATTERNS = {count} }};\n"
-    )
+        parts.append(elimination_source(description.values, f"straight_{index}", 8))
+        names.append(f"{{&pattern_{index}, straight_{index}}}")
+    parts.append(f"static const pattern patterns[] = {{{', '.join(names)}}};\nenum {{ PATTERNS = {count} }};\n")
     return "\n".join(parts)

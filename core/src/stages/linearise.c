@@ -57,8 +57,7 @@ APART static int linearise(stage_maps *m, const double *last) {
             balance(&p->elimination, &p->M, m->terms, s.lanes, s.nw, m->block_of, m->unit);
             m->balanced = 1;
         }
-        eliminate(&p->elimination, m->unit, m->terms, s.lanes, m->work, result);
-        if (!all_finite(result, p->elimination.entries * s.lanes)) return 0;
+        if (!eliminate(&p->elimination, m->unit, m->terms, s.lanes, m->lack, m->work, result)) return 0;
         if (s.m == 1) break;
         if (j == 0) {
             start_composition(&p->composition, result, s.lanes, m->maps);

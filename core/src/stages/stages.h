@@ -34,7 +34,7 @@ typedef struct stage_maps {
     double *results;              /* (m, entries, lanes): maps of the substeps; of the last one if explicit */
     sparse of_unknowns;           /* their rows */
     double *on_the_way;           /* (nx, lanes): state that an explicit scheme has come to */
-    double *zeros;                /* (lanes,) */
+    double *zeros, *lack;         /* (lanes,) */
     double *dx_lanes, *du_lanes;  /* (nx, lanes), (nu, lanes): see expand_inner() */
     double *unit;                 /* (nw,): in which pivots compare */
     int balanced, *block_of;
@@ -68,6 +68,7 @@ RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own
     m->other_maps = s.m > 1 ? alloc_doubles(a, (ptrdiff_t)composed->entries * s.lanes) : NULL;
     m->on_the_way = alloc_doubles(a, s.explicit_scheme ? s.nx * s.lanes : 0);
     m->zeros = alloc_doubles(a, s.lanes);
+    m->lack = alloc_doubles(a, s.lanes);
     m->dx_lanes = alloc_doubles(a, s.ni ? s.nx * s.lanes : 0);
     m->du_lanes = alloc_doubles(a, s.ni ? s.nu * s.lanes : 0);
     int largest = 0;

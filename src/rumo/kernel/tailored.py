@@ -26,6 +26,7 @@ from platformdirs import user_cache_path
 from rumo.kernel._core import __file__ as extension
 from rumo.kernel._core import build as build_name
 from rumo.kernel.description import Description
+from rumo.kernel.straight import elimination_source
 
 logger = logging.getLogger("rumo")
 
@@ -125,9 +126,16 @@ def _sources(description: Description, solver: str = DENSE) -> tuple[str, str]:
 #define RUMO_SOLVER "{solver}"
 #include "core.c"
 """,
-        description.tape.source("evaluate", description.sizes[0])
-        + description.inner_tape.source("evaluate_inner", description.sizes[0]),
+        model_source(description),
     )
+
+
+def model_source(description: Description) -> str:
+    """The file RUMO_EVALUATE of core.c: the model, and how its unknowns are eliminated."""
+    horizon = description.sizes[0]
+    tapes = {"evaluate": description.tape, "evaluate_inner": description.inner_tape}
+    functions = [tape.source(name, horizon) for name, tape in tapes.items()]
+    return "".join([*functions, elimination_source(description.values, "eliminate_in_order", horizon)])
 
 
 def _compiler() -> tuple[str, ...]:
