@@ -46,12 +46,11 @@ static double straying(const stage_maps *m) {
     for (int r = 0; r < s->nx; ++r) {
         const int e = m->map.start[r + 1] - 1; /* the last entry of a row is c, if it has one */
         if (e < m->map.start[r] || m->map.column[e] != s->width - 1 || !(m->reach[r] > 0.0)) continue;
-        double largest = 0.0;
-        for (int k = 0; k + 1 < s->N; ++k) {
-            const double size = fabs(m->maps[(ptrdiff_t)e * s->lanes + k]);
-            largest = size > largest ? size : largest;
-        }
-        worst = fmax(worst, largest / m->reach[r]);
+        const double *c = m->maps + (ptrdiff_t)e * s->lanes;
+        const int whole = (s->N - 1) / LANES * LANES;
+        double largest = largest_size(c, whole);
+        for (int k = whole; k + 1 < s->N; ++k) largest = larger(largest, fabs(c[k]));
+        worst = larger(worst, largest / m->reach[r]);
     }
     return worst;
 }

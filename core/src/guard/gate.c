@@ -19,13 +19,16 @@ static int plausible(rumo_guard *g, const double *x, const double *reach) {
     const int nx = g->s.nx;
     const double width = g->gate_width;
     if (isinf(width) || !g->has_next || !reach) return 1;
+    const int repeated = g->has_last && memcmp(x, g->last_x, (size_t)nx * sizeof *x) == 0;
     int expected = 1, agrees = g->implausible > 0, moved = 0;
     for (int r = 0; r < nx; ++r) {
-        double span = 0.0;
-        for (int k = 1; k <= gate_stages(&g->s); ++k)
-            span = fmax(span, fabs(g->next_x[k * nx + r] - g->next_x[r]));
-        const double unit = reach[r] + span, innovation = fabs(x[r] - g->next_x[r]);
+        const double innovation = fabs(x[r] - g->next_x[r]);
         if (reach[r] == 0.0) continue;
+        /* Most samples are near enough without. */
+        if (!repeated && !agrees && innovation <= width * reach[r]) continue;
+        double span = 0.0;
+        for (int k = 1; k <= gate_stages(&g->s); ++k) span = larger(span, fabs(g->next_x[k * nx + r] - g->next_x[r]));
+        const double unit = reach[r] + span;
         expected &= innovation <= width * unit;
         agrees &= fabs(x[r] - g->suspect[r]) <= width * unit;
         moved |= innovation > GATE_MOTION * unit;
@@ -33,7 +36,7 @@ static int plausible(rumo_guard *g, const double *x, const double *reach) {
     int *const count = expected ? &g->repeats : &g->implausible;
     if (expected) {
         g->implausible = 0;
-        if (!g->has_last || memcmp(x, g->last_x, (size_t)nx * sizeof *x) != 0) {
+        if (!repeated) {
             copy(g->last_x, x, nx);
             g->has_last = 1;
             g->repeats = 0;

@@ -35,7 +35,7 @@ typedef struct stage_maps {
     sparse of_unknowns;           /* their rows */
     double *on_the_way;           /* (nx, lanes): state that an explicit scheme has come to */
     double *zeros, *lack;         /* (lanes,) */
-    double *dx_lanes, *du_lanes;  /* (nx, lanes), (nu, lanes): see expand_inner() */
+    double *known_lanes;          /* (nx + nu + 1, lanes): dx, du and 1, see expand_inner() */
     double *unit;                 /* (nw,): in which pivots compare */
     int balanced, *block_of;
 } stage_maps;
@@ -69,8 +69,7 @@ RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own
     m->on_the_way = alloc_doubles(a, s.explicit_scheme ? s.nx * s.lanes : 0);
     m->zeros = alloc_doubles(a, s.lanes);
     m->lack = alloc_doubles(a, s.lanes);
-    m->dx_lanes = alloc_doubles(a, s.ni ? s.nx * s.lanes : 0);
-    m->du_lanes = alloc_doubles(a, s.ni ? s.nu * s.lanes : 0);
+    m->known_lanes = alloc_doubles(a, s.ni ? s.width * s.lanes : 0);
     int largest = 0;
     for (int b = 0; b < e->blocks; ++b) {
         const int size = e->size[b] * (e->size[b] + e->width[b] + 1);
@@ -92,6 +91,7 @@ RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own
     m->reach = alloc_doubles(a, s.nx);
     m->near_reach = alloc_doubles(a, s.nx);
     if (!a->base) return;
+    for (int k = 0; s.ni && k < s.lanes; ++k) m->known_lanes[(ptrdiff_t)(s.width - 1) * s.lanes + k] = 1.0;
     for (int i = 0; i < p->sizes.slots; ++i)
         for (int k = 0; k < s.lanes; ++k) m->terms[(ptrdiff_t)i * s.lanes + k] = isnan(p->fixed[i]) ? 0.0 : p->fixed[i];
     for (int r = 0; r < s.rows; ++r) {

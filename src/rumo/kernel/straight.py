@@ -1,4 +1,4 @@
-"""Elimination as straight-line C: what the loops of eliminate.c do for one problem, without tables and zeros."""
+"""Elimination and composition as straight-line C: what loops over tables do, for one problem, without the zeros."""
 
 from __future__ import annotations
 
@@ -49,6 +49,42 @@ def _products(tables: Mapping[str, Any]) -> int:
     below, across = tables["elimination_below"], tables["elimination_across"]
     width = [k for m, k in zip(tables["elimination_size"], tables["elimination_width"], strict=True) for _ in range(m)]
     return int(((below + 1) * across + across * width).sum()) + len(tables["elimination_update"])
+
+
+def composition_source(tables: Mapping[str, Any], name: str, horizon: int) -> str:
+    """The function `compose_in_code` of compose.c for one problem, written so that it becomes vector instructions.
+
+    Parameters
+    ----------
+    tables : mapping of str to ndarray
+        Of `rumo_composition`, as `compose` makes them.
+    name : str
+        Of the function.
+    horizon : int
+        Number N of stages.
+    """
+    product = iter(tables["composition_product"].tolist())
+    lines: list[str] = []
+    for e, (own, count) in enumerate(zip(tables["composition_own"], tables["composition_products"], strict=True)):
+        terms = [f"result[{own} * LANES_ALL + k]"] if own >= 0 else []
+        pairs = [next(product) for _ in range(count)]
+        terms += [f"result[{a} * LANES_ALL + k] * before[{b} * LANES_ALL + k]" for a, b in pairs]
+        lines.append(f"after[{e} * LANES_ALL + k] = {' + '.join(terms) or '0.0'};")
+    statements = "\n        ".join(lines)
+    body = f"""\
+enum {{ LANES_ALL = ({horizon} + LANES - 1) / LANES * LANES }};
+    for (int k = 0; k < LANES_ALL; ++k) {{
+        {statements}
+    }}
+    return 1;"""
+    if not 0 < len(tables["composition_product"]) <= LIMIT:
+        body = "return 0;"
+    return f"""\
+static int {name}(const double *restrict result, const double *restrict before, double *restrict after) {{
+    (void)result, (void)before, (void)after;
+    {body}
+}}
+"""
 
 
 class _Writer:

@@ -26,7 +26,7 @@ from platformdirs import user_cache_path
 from rumo.kernel._core import __file__ as extension
 from rumo.kernel._core import build as build_name
 from rumo.kernel.description import Description
-from rumo.kernel.straight import elimination_source
+from rumo.kernel.straight import composition_source, elimination_source
 
 logger = logging.getLogger("rumo")
 
@@ -131,11 +131,13 @@ def _sources(description: Description, solver: str = DENSE) -> tuple[str, str]:
 
 
 def model_source(description: Description) -> str:
-    """The file RUMO_EVALUATE of core.c: the model, and how its unknowns are eliminated."""
+    """The file RUMO_EVALUATE of core.c: the model, how its unknowns are eliminated, and substeps put together."""
     horizon = description.sizes[0]
     tapes = {"evaluate": description.tape, "evaluate_inner": description.inner_tape}
     functions = [tape.source(name, horizon) for name, tape in tapes.items()]
-    return "".join([*functions, elimination_source(description.values, "eliminate_in_order", horizon)])
+    functions.append(elimination_source(description.values, "eliminate_in_order", horizon))
+    functions.append(composition_source(description.values, "compose_in_code", horizon))
+    return "".join(functions)
 
 
 def _compiler() -> tuple[str, ...]:
