@@ -75,7 +75,7 @@ def tailored(description: Description, solver: str = DENSE) -> Build:
     """
     try:
         sources = _sources(description, solver)
-        command = _compiler()
+        command = compiler()
         name = _fingerprint(sources, command)
         if name in _hopeless:
             raise CompilerError(_hopeless[name])
@@ -130,7 +130,7 @@ def _sources(description: Description, solver: str = DENSE) -> tuple[str, str]:
     )
 
 
-def _compiler() -> tuple[str, ...]:
+def compiler() -> tuple[str, ...]:
     """The command that compiles C: $CC, cc, gcc or clang, else Zig's if the package ziglang is installed."""
     named = os.environ.get("CC")
     if named:
