@@ -28,8 +28,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from qps.recorded import study, textbook
 
-from rumo.bench.qp import CoreQp, as_hard
-from rumo.controllers.engines.qp import QuadraticProgram
+from rumo.bench.qp import CoreQp, QuadraticProgram, as_hard
 
 PASSES = 15
 TOLERANCE = 1e-9

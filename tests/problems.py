@@ -12,6 +12,18 @@ from rumo.textbook import cart_pendulum, robertson_reactor, van_de_vusse_reactor
 from rumo.transcription import Transcription
 from rumo.vehicles import PAPER_CAR
 
+EXACT = rumo.QpOptions(tolerance=1e-12)
+BACKENDS = ("reference", "riccati", "condensing")
+"""The last two: the portable core with either of its solvers."""
+
+
+def made_with(problem, backend, scheme=None, **settings):
+    """A controller with a backend, or with a solver of the portable one."""
+    if backend not in BACKENDS[1:]:
+        return rumo.RealTimeIteration(problem, scheme, qp=EXACT, backend=backend, **settings)
+    qp = rumo.QpOptions(tolerance=1e-12, solver=backend)
+    return rumo.RealTimeIteration(problem, scheme, qp=qp, backend="portable", **settings)
+
 
 def reference_with(problem, optimize):
     """The reference's real-time iteration with a QP solver of one's own."""

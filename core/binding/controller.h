@@ -17,7 +17,9 @@ namespace {
 
 class Controller {
 public:
-    Controller(std::uintptr_t table, nb::dict description, nb::dict settings) : api_(table_at(table)) {
+    // `layout` is the caller's, and comes back with each step: that of the numbers which the step was made with.
+    Controller(std::uintptr_t table, nb::dict description, nb::dict settings, nb::object layout)
+        : api_(table_at(table)), layout_(layout) {
         Description d(description);
         const auto problem = d.read<rumo_problem>();
         raise_if(portable_table()->check(&problem));
@@ -30,27 +32,36 @@ public:
                                           s.horizon * (s.constraints + s.algebraic) + RUMO_DIAGNOSTIC_COUNT);
     }
 
-    void configure(nb::dict settings) {
+    void configure(nb::dict settings, nb::object layout) {
         const rumo_settings chosen = settings_from(settings);
         Lock lock(*this);
         api_->configure(core_, &chosen);
+        layout_ = layout;
     }
 
-    // Other numbers, by their names; those left out stay.
-    void update(nb::dict values) {
+    // Other numbers, by their names; those left out stay. What was prepared is prepared again.
+    void update(nb::dict values, nb::object layout) {
         Description d(values);
         const auto numbers = d.numbers(sizes_);
         rumo_fault fault;
         {
             Lock lock(*this);
+            const bool prepared = api_->prepared(core_) != 0;
             fault = api_->update(core_, &numbers);
+            if (fault.error == RUMO_FINE) layout_ = layout;
+            if (prepared && !api_->prepared(core_)) {
+                nb::gil_scoped_release release;
+                api_->prepare(core_);
+            }
         }
         raise_if(fault);
     }
 
-    void reset() {
+    void reset(nb::handle inputs) {
+        const Vector values(inputs, decided(), "applied");
         Lock lock(*this);
         api_->reset(core_);
+        std::copy_n(values.data(), decided(), api_->applied(core_));
     }
 
     void engage(nb::handle x, nb::handle u) {
@@ -89,19 +100,14 @@ public:
         api_->prepare(core_);
     }
 
-    bool ready() {
-        Lock lock(*this);
-        return api_->prepared(core_) != 0;
+    // Both write the plan's numbers into an array; (layout, status, cause, prepare, feedback, iterations, and
+    // None or what is in conflict as (kind, stage, index)). None where a feedback finds nothing prepared.
+    nb::object feedback(nb::handle x, nb::handle reference, nb::handle numbers) {
+        return run(api_->feedback, true, x, reference, numbers);
     }
 
-    // Both write the plan's numbers into an array; (status, cause, prepare, feedback, iterations, and
-    // None or what is in conflict as (kind, stage, index)).
-    nb::tuple feedback(nb::handle x, nb::handle reference, nb::handle numbers) {
-        return run(api_->feedback, x, reference, numbers);
-    }
-
-    nb::tuple step(nb::handle x, nb::handle reference, nb::handle numbers) {
-        return run(api_->step, x, reference, numbers);
+    nb::object step(nb::handle x, nb::handle reference, nb::handle numbers) {
+        return run(api_->step, false, x, reference, numbers);
     }
 
     // Runs recorded measurements (steps, nx) and references (steps, N + 1, ny); times (steps, 3) [s] of
@@ -138,14 +144,17 @@ private:
     std::size_t decided() const { return static_cast<std::size_t>(std::max(sizes_.delay, 1) * sizes_.inputs); }
     std::size_t window() const { return static_cast<std::size_t>((sizes_.horizon + 1) * sizes_.outputs); }
 
-    nb::tuple run(void (*function)(rumo_controller *, const double *, const double *, rumo_plan *), nb::handle x,
-                  nb::handle reference, nb::handle numbers) {
+    nb::object run(void (*function)(rumo_controller *, const double *, const double *, rumo_plan *), bool when_prepared,
+                   nb::handle x, nb::handle reference, nb::handle numbers) {
         const Vector state(x, states(), "x", 1, states()), out(numbers, count_, "numbers");
         const Vector wanted(reference, window(), "reference", 2, static_cast<std::size_t>(sizes_.outputs));
         rumo_plan plan;
         std::vector<rumo_conflict> limits; // copied while the controller is ours: another thread's step would overwrite them
+        nb::object layout;
         {
             Lock lock(*this);
+            if (when_prepared && !api_->prepared(core_)) return nb::none();
+            layout = layout_;
             nb::gil_scoped_release release;
             function(core_, state.data(), wanted.data(), &plan);
             std::copy_n(plan.numbers, count_, out.writable());
@@ -158,7 +167,7 @@ private:
                 found.append(nb::make_tuple(static_cast<int>(limit.kind), limit.stage, limit.index));
             conflict = found;
         }
-        return nb::make_tuple(static_cast<int>(plan.status), static_cast<int>(plan.cause), plan.prepare_seconds,
+        return nb::make_tuple(layout, static_cast<int>(plan.status), static_cast<int>(plan.cause), plan.prepare_seconds,
                               plan.feedback_seconds, plan.iterations, conflict);
     }
 
@@ -167,6 +176,7 @@ private:
     std::unique_ptr<unsigned char[]> memory_;
     rumo_controller *core_ = nullptr;
     std::size_t count_ = 0;
+    nb::object layout_;
     std::mutex mutex_;
 };
 

@@ -18,9 +18,10 @@ NB_MODULE(_core, module) {
     module.attr("TABLES") = tables();
     module.def("build", [](std::uintptr_t table) { return std::string(table_at(table)->build); }, "table"_a = 0);
     nb::class_<Controller>(module, "Controller")
-        .def(nb::init<std::uintptr_t, nb::dict, nb::dict>(), "table"_a, "description"_a, "settings"_a)
-        .def("configure", &Controller::configure)
-        .def("update", &Controller::update)
+        .def(nb::init<std::uintptr_t, nb::dict, nb::dict, nb::object>(), "table"_a, "description"_a, "settings"_a,
+             "layout"_a = nb::none())
+        .def("configure", &Controller::configure, "settings"_a, "layout"_a = nb::none())
+        .def("update", &Controller::update, "values"_a, "layout"_a = nb::none())
         .def("reset", &Controller::reset)
         .def("rest", &Controller::rest)
         .def("engage", &Controller::engage)
@@ -28,7 +29,6 @@ NB_MODULE(_core, module) {
         .def("get_applied", &Controller::get_applied)
         .def("counts", &Controller::counts)
         .def("prepare", &Controller::prepare)
-        .def_prop_ro("ready", &Controller::ready)
         .def("feedback", &Controller::feedback)
         .def("step", &Controller::step)
         .def("replay", &Controller::replay);

@@ -60,7 +60,9 @@
 /* How the unknowns w of a substep are solved for, M dw = A0 dx + B du + defect, block by block of M in triangular order.
  *
  * A block's work is a dense matrix (size, size + width + 1): its part of M, then those columns of (A0, B, defect) that
- * reach it, then the unit of the row. The result [A | B | c] is sparse, entry by entry; column nx + nu is c. */
+ * reach it, then the unit of the row. Rows and columns are in an order whose pivots, on the diagonal, are expected to be
+ * large; what is not zero when a pivot's turn comes, in its column below it and in its row right of it, is listed.
+ * The result [A | B | c] is sparse, entry by entry; column nx + nu is c. */
 #define RUMO_ELIMINATION_TABLE(COUNT, INTS, DOUBLES, STRUCT)                                               \
     COUNT(blocks, 0)                                                                                       \
     COUNT(entries, 0)                                                                                      \
@@ -69,7 +71,11 @@
     INTS(loads, t->blocks, 1)  /* how many entries of the three lists below are a block's */               \
     INTS(updates, t->blocks, 1)                                                                            \
     INTS(stores, t->blocks, 1)                                                                             \
-    INTS(unknowns, RUMO_UNKNOWNS, 1)                           /* those of each block in turn */           \
+    INTS(unknowns, RUMO_UNKNOWNS, 1)                           /* of which the rows are, block by block */ \
+    INTS(below, RUMO_UNKNOWNS, 1)  /* how many entries of the next two lists are a pivot's */              \
+    INTS(across, RUMO_UNKNOWNS, 1)                                                                         \
+    INTS(lower, rumo_sum(t->below, RUMO_UNKNOWNS), 1)          /* rows of the block */                     \
+    INTS(upper, rumo_sum(t->across, RUMO_UNKNOWNS), 1)         /* columns of the work */                   \
     INTS(load, rumo_sum(t->loads, t->blocks), 2)               /* slot, place in the work */               \
     INTS(update, rumo_sum(t->updates, t->blocks), 3)           /* slot of M, entry of the result, place */ \
     INTS(store, rumo_sum(t->stores, t->blocks), 2)             /* place, entry of the result */            \

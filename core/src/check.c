@@ -94,8 +94,16 @@ RARE static rumo_fault check_elimination(const rumo_elimination *e, const rumo_s
     for (int i = 0; i < nw; ++i)
         for (int j = 0; j < i; ++j)
             if (e->unknowns[i] == e->unknowns[j]) return (rumo_fault){RUMO_OUT_OF_RANGE, part, "unknowns", i};
-    const int *load = e->load, *update = e->update, *store = e->store;
-    for (int b = 0; b < e->blocks; ++b) {
+    const int *load = e->load, *update = e->update, *store = e->store, *lower = e->lower, *upper = e->upper;
+    TRY(check_words(part, "below", e->below, nw, 1, any));
+    TRY(check_words(part, "across", e->across, nw, 1, any));
+    for (int b = 0, r = 0; b < e->blocks; ++b) {
+        for (int p = 0; p < e->size[b]; ++p, ++r) {
+            TRY(check_words(part, "lower", lower, e->below[r], 1, (ranges){p + 1, {e->size[b], 0, 0}}));
+            TRY(check_words(part, "upper", upper, e->across[r], 1, (ranges){p + 1, {e->size[b] + e->width[b], 0, 0}}));
+            lower += e->below[r];
+            upper += e->across[r];
+        }
         const int places = e->size[b] * (e->size[b] + e->width[b] + 1);
         TRY(check_words(part, "load", load, e->loads[b], 2, (ranges){0, {s->slots, places, 0}}));
         TRY(check_words(part, "update", update, e->updates[b], 3, (ranges){0, {s->slots, e->entries, places}}));

@@ -5,7 +5,8 @@
  *   RUMO_BUILD     what it was built for, a string
  *   RUMO_SOLVER    file that defines another stage solver, see solve/stage_solver.h
  *   RUMO_TAILORED  with RUMO_SIZES, the members of rumo_sizes, and RUMO_EVALUATE, a file that defines evaluate() and
- *                  evaluate_inner() of tape.c for one model
+ *                  evaluate_inner() of tape.c, eliminate_in_order() of eliminate.c and compose_in_code() of compose.c for
+ *                  one model
  */
 #include "base/system.h"
 

@@ -46,26 +46,27 @@ static double straying(const stage_maps *m) {
     for (int r = 0; r < s->nx; ++r) {
         const int e = m->map.start[r + 1] - 1; /* the last entry of a row is c, if it has one */
         if (e < m->map.start[r] || m->map.column[e] != s->width - 1 || !(m->reach[r] > 0.0)) continue;
-        double largest = 0.0;
-        for (int k = 0; k + 1 < s->N; ++k) {
-            const double size = fabs(m->maps[(ptrdiff_t)e * s->lanes + k]);
-            largest = size > largest ? size : largest;
-        }
-        worst = fmax(worst, largest / m->reach[r]);
+        const double *c = m->maps + (ptrdiff_t)e * s->lanes;
+        const int whole = (s->N - 1) / LANES * LANES;
+        double largest = largest_size(c, whole);
+        for (int k = whole; k + 1 < s->N; ++k) largest = larger(largest, fabs(c[k]));
+        worst = larger(worst, largest / m->reach[r]);
     }
     return worst;
 }
 
-/* Linearise about the guess, and let the solver prepare; what it keeps of the sample before is shifted once. */
-static int linearize(rumo_controller *ctl) {
+/* Linearise about the guess, and let the solver prepare; what it keeps of the sample before is shifted once. OPTIMAL, or why
+ * there can be no solution. */
+static rumo_status linearize(rumo_controller *ctl) {
     stage_maps *const m = &ctl->stages;
     const int usable = linearise(m, last_decided(&ctl->guard));
     ctl->linearized_at = seconds_now();
-    if (!usable || !solver_of(&ctl->problem.sizes)->prepare(&ctl->solving, m, ctl->behind)) return 0;
+    if (!usable) return RUMO_SOLVER_FAILED;
+    if (!solver_of(&ctl->problem.sizes)->prepare(&ctl->solving, m, ctl->behind)) return RUMO_ILL_CONDITIONED;
     solver_of(&ctl->problem.sizes)->reach(&ctl->solving, ctl->s.N, m->reach);
     ctl->behind = 0;
     ctl->straying = straying(m);
-    return 1;
+    return RUMO_OPTIMAL;
 }
 
 /* Copy the algebraic variables into the plan's numbers. */

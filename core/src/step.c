@@ -53,7 +53,7 @@ static void advance_guess(rumo_controller *ctl) {
         if (!is_solved(iterate(ctl, ctl->stages.guess_x, ctl->expected, &ignored))) return;
         const int done = change(ctl) < ctl->settings.sqp_tolerance;
         guess_plan(ctl);
-        ctl->guard.has_guess = linearize(ctl);
+        ctl->guard.has_guess = linearize(ctl) == RUMO_OPTIMAL;
         if (done) return;
     }
 }
@@ -63,7 +63,7 @@ static void prepare(rumo_controller *ctl) {
     ctl->linearize_seconds = NAN;
     if (ctl->guard.has_guess) {
         if (ctl->stored) set_guess(ctl, ctl->stored_u, ctl->stored_x, ctl->stored_inner);
-        ctl->guard.has_guess = linearize(ctl) && keep_guess(&ctl->guard, ctl->straying);
+        ctl->guard.has_guess = linearize(ctl) == RUMO_OPTIMAL && keep_guess(&ctl->guard, ctl->straying);
         ctl->linearize_seconds = ctl->linearized_at - start;
     }
     if (ctl->settings.preparation_iterations > 0) advance_guess(ctl);
@@ -88,13 +88,14 @@ static rumo_status attempt(rumo_controller *ctl, const double *x, const double *
     if (!plausible(&ctl->guard, x, ctl->near_reach)) return RUMO_BAD_MEASUREMENT;
     if (!ctl->guard.has_guess) {
         start_guess(ctl, x);
-        if (!linearize(ctl)) return RUMO_SOLVER_FAILED;
+        const rumo_status usable = linearize(ctl);
+        if (usable != RUMO_OPTIMAL) return usable;
     }
     rumo_status status = iterate(ctl, x, reference, plan);
     for (int i = 1; i < ctl->settings.sqp_iterations && is_solved(status); ++i) {
         if (change(ctl) < ctl->settings.sqp_tolerance) break;
         guess_plan(ctl);
-        if (!linearize(ctl)) break;
+        if (linearize(ctl) != RUMO_OPTIMAL) break;
         const rumo_status better = iterate(ctl, x, reference, plan);
         if (!is_solved(better)) {
             /* Keep what the iteration before found: it is the guess. */

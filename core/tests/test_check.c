@@ -96,6 +96,8 @@ static void indices(const rumo_problem *good) {
     WITH_INT(B.column, good->B.count, 0, s->inputs, RUMO_OUT_OF_RANGE, "B", "column", 0);
     WITH_INT(elimination.size, e->blocks, 0, e->size[0] + 1, RUMO_OUT_OF_RANGE, "elimination", "size", e->blocks);
     WITH_INT(elimination.unknowns, nw, 1, e->unknowns[0], RUMO_OUT_OF_RANGE, "elimination", "unknowns", 1);
+    WITH_INT(elimination.below, nw, nw - 1, 1 << 20, RUMO_OUT_OF_RANGE, "elimination", "below", nw - 1);
+    WITH_INT(elimination.upper, rumo_sum(e->across, nw), 0, 0, RUMO_OUT_OF_RANGE, "elimination", "upper", 0);
     WITH_INT(elimination.load, 2 * rumo_sum(e->loads, e->blocks), 0, s->slots, RUMO_OUT_OF_RANGE, "elimination", "load", 0);
     WITH_INT(elimination.store, 2 * rumo_sum(e->stores, e->blocks), 1, e->entries, RUMO_OUT_OF_RANGE, "elimination", "store", 1);
     WITH_INT(elimination.column, e->entries, 0, -1, RUMO_OUT_OF_RANGE, "elimination", "column", 0);

@@ -1,4 +1,4 @@
-/* Elimination of the unknowns against a dense LU with row pivoting in long double. */
+/* Elimination of the unknowns, by loops and as straight-line code, against a dense LU with row pivoting in long double. */
 #include "stages/eliminate.c"
 
 #include "check.h"
@@ -116,22 +116,30 @@ static int compare(const rumo_problem *p, int lanes, int k, const double *unit, 
 int main(void) {
     enum { LANES_ALL = 8, ROUNDS = 20 };
     static double terms[MAX_SLOTS * LANES_ALL], result[MAX_STATES * MAX_WIDTH * LANES_ALL],
-        work[MAX_STATES * (MAX_WIDTH + MAX_STATES) * LANES_ALL];
-    double unit[MAX_STATES], row_unit[MAX_STATES];
-    int block_of[MAX_STATES], singular = 0, compared = 0;
+        straight[MAX_STATES * MAX_WIDTH * LANES_ALL], work[MAX_STATES * (MAX_WIDTH + MAX_STATES) * LANES_ALL];
+    double unit[MAX_STATES], row_unit[MAX_STATES], lack[LANES_ALL];
+    int block_of[MAX_STATES], singular = 0, compared = 0, in_order = 0, exchanged = 0;
     for (int i = 0; i < PATTERNS; ++i) {
-        const rumo_problem *p = patterns[i];
+        const rumo_problem *p = patterns[i].problem;
         if (p->sizes.slots > MAX_SLOTS || p->sizes.states > MAX_STATES || p->sizes.inputs > MAX_INPUTS) abort();
         for (int round = 0; round < ROUNDS; ++round) {
             fill(p, LANES_ALL, round % 2 ? 1e6 : 1.0, unit, terms);
             balance(&p->elimination, &p->M, terms, LANES_ALL, p->sizes.states, block_of, row_unit);
-            eliminate(&p->elimination, row_unit, terms, LANES_ALL, work, result);
+            const int exchanges = eliminate_chunk(&p->elimination, row_unit, terms, LANES_ALL, work, result);
+            CHECK(patterns[i].straight(row_unit, PATIENCE, terms, straight, lack), "pattern %d has no code", i);
+            int lacking = 0;
             for (int k = 0; k < LANES_ALL; ++k) {
                 if (compare(p, LANES_ALL, k, unit, terms, result)) ++compared;
                 else ++singular;
+                if (lack[k] == 0.0) compare(p, LANES_ALL, k, unit, terms, straight);
+                lacking |= lack[k] > 0.0;
             }
+            CHECK(!lacking || exchanges, "pattern %d: a pivot is too small for the code alone", i);
+            if (exchanges) ++exchanged;
+            else ++in_order;
         }
     }
     CHECK(compared > singular, "%d compared, %d singular", compared, singular);
+    CHECK(in_order > 50 && exchanged > 50, "%d in order, %d with exchanges", in_order, exchanged);
     return finish();
 }

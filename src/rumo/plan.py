@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from rumo.kernel import SLACK_TOLERANCE
 from rumo.problem import Problem
 from rumo.signals import Array, NamedArray
-from rumo.status import Status
+from rumo.status import STATUSES, Status
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,9 @@ class Diagnostics:
     contraction : float
         That over the same of the iteration before: below 1 the iteration converges, as far as samples allow.
     kkt_residual : float
-        Largest slope of the Lagrangian at the guess, in units of the cost per range of an input.
+        What the plan lacks of solving its QP, by the optimality conditions stage by stage and without units: forces
+        that nothing balances, over the largest of those on the same input or state; violations of the dynamics, over
+        the largest terms of the same state, and of hard limits, over the inputs' ranges.
     """
 
     integrator_residual: float
@@ -109,42 +113,70 @@ class PlanLayout:
         self.size = ends[-1]
 
 
-class Plan:
-    """Inputs and predicted states over the horizon, and what they are worth.
+class Outcome(NamedTuple):
+    """What is known of a step besides the numbers of its plan, as the C core says it.
 
     Attributes
     ----------
-    status : Status
-        Outcome of the step.
-    cause : Status
-        The same, but when the plan is exhausted: then what kept this step from being solved.
+    layout : PlanLayout
+        Of the problem with the numbers of that step.
+    status, cause : int
+        Positions in `STATUSES`.
+    prepare, feedback : float
+        Times [s].
     iterations : int
-        Changes of the QP solver's working set, in the C core; 0 elsewhere.
-    conflict : tuple of str
-        Where the QP had no solution: rows that cannot hold together, such as "friction_rear at stage 3". Only the C
-        core names them.
+        Of the QP solver.
+    conflict : list of tuple, or None
+        Limits that cannot hold together: (kind, stage, index), see `rumo_conflict` in rumo_core.h.
     """
 
-    __slots__ = ("_layout", "_numbers", "_times", "cause", "conflict", "iterations", "status")
+    layout: PlanLayout
+    status: int
+    cause: int
+    prepare: float
+    feedback: float
+    iterations: int = 0
+    conflict: Sequence[tuple[int, int, int]] | None = None
 
-    def __init__(
-        self,
-        layout: PlanLayout,
-        numbers: Array,
-        status: Status,
-        cause: Status,
-        prepare: float,
-        feedback: float,
-        iterations: int = 0,
-        conflict: tuple[str, ...] = (),
-    ) -> None:
-        self._layout = layout
+
+class Plan:
+    """Inputs and predicted states over the horizon, and what they are worth."""
+
+    __slots__ = ("_layout", "_numbers", "_outcome")
+
+    def __init__(self, numbers: Array, outcome: Outcome) -> None:
+        self._layout = outcome[0]  # by position: the core makes plain tuples, which takes a fraction of the time
         self._numbers = numbers
-        self.status = status
-        self.cause = cause
-        self._times = (prepare, feedback)
-        self.iterations = iterations
-        self.conflict = conflict
+        self._outcome = outcome
+
+    @property
+    def status(self) -> Status:
+        """Outcome of the step."""
+        return STATUSES[self._outcome[1]]
+
+    @property
+    def cause(self) -> Status:
+        """The same, but when the plan is exhausted: then what kept this step from being solved."""
+        return STATUSES[self._outcome[2]]
+
+    @property
+    def iterations(self) -> int:
+        """Changes of the QP solver's working set, in the C core; 0 elsewhere."""
+        return self._outcome[5]
+
+    @property
+    def conflict(self) -> tuple[str, ...]:
+        """Where the QP had no solution: rows that cannot hold together, such as "friction_rear at stage 3".
+
+        Only the C core names them.
+        """
+        inputs, constraints = self.problem.model.inputs.names, self.problem.constraint_names.names
+        kinds = (
+            [f"bounds of {name}" for name in inputs],
+            [f"move bounds of {name}" for name in inputs],
+            constraints,
+        )
+        return tuple(f"{kinds[kind][index]} at stage {stage}" for kind, stage, index in sorted(self._outcome[6] or ()))
 
     @property
     def problem(self) -> Problem:
@@ -196,7 +228,7 @@ class Plan:
     @property
     def timings(self) -> Timings:
         """Wall-clock times."""
-        return Timings(*self._times)
+        return Timings(*self._outcome[3:5])
 
     @property
     def violations(self) -> list[Violation]:

@@ -8,7 +8,9 @@ import casadi as ca
 import numpy as np
 
 from rumo.kernel.description import MATRICES, VECTORS, StageProgram
+from rumo.kernel.optimise import optimised
 from rumo.kernel.tape import OPERATIONS, Tape
+from rumo.nominal import newton_matrices
 from rumo.problem import Problem
 from rumo.transcription import Transcription
 
@@ -80,6 +82,7 @@ def stage_program(transcription: Transcription) -> StageProgram:
             entries += transposed.nonzeros()
         inside += [name not in OF_ENDS] * (len(entries) - len(inside))
     fixed = np.array([float(entry) if entry.is_constant() else np.nan for entry in entries])
+    fixed[np.isinf(fixed)] = np.nan  # the tape computes it, and all that it computes is checked
     varying = np.isnan(fixed)
 
     def tape(slots: np.ndarray) -> Tape:
@@ -87,8 +90,9 @@ def stage_program(transcription: Transcription) -> StageProgram:
         program = record(ca.Function("stage", transcription.arguments, [ca.cse(outputs)]))
         written = program.code[:, 0] == OPERATIONS.index("output")
         program.code[written, 1] = slots[program.code[written, 1]]
-        return program
+        return optimised(program)
 
     alone = transcription.discretization.substeps == 1
     inner = None if alone else tape(np.flatnonzero(varying & inside))
-    return StageProgram(tape(np.flatnonzero(varying)), inner, fixed, first, positions)
+    samples = newton_matrices(transcription)
+    return StageProgram(tape(np.flatnonzero(varying)), inner, fixed, first, positions, samples)

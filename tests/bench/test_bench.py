@@ -7,9 +7,10 @@ import pytest
 from typer.testing import CliRunner
 
 import rumo
-from rumo.bench import SCENARIOS, measure, record, runners, summary
+from rumo.bench import SCENARIOS, measure, measuring, record, summary
 from rumo.bench.qp import installed, measure_solvers, record_programs
 from rumo.bench.report import report, solver_summary, solver_table
+from rumo.bench.runners import Outcome
 from rumo.bench.schemes import schemes_of
 from rumo.cli.app import app
 
@@ -21,8 +22,8 @@ PERCENTILES = {"p50", "p99", "p999", "max"}
 @pytest.fixture(autouse=True)
 def measured_once(monkeypatch):
     """What times are is not looked at: one round does."""
-    monkeypatch.setattr(runners, "ROUNDS", 1)
-    monkeypatch.setattr(runners, "LAPS", 1)
+    monkeypatch.setattr(measuring, "ROUNDS", 1)
+    monkeypatch.setattr(measuring, "LAPS", 1)
 
 
 @pytest.fixture(scope="module", params=SCENARIOS)
@@ -52,16 +53,57 @@ def test_every_runner_that_works_here_gives_a_time_for_each_phase_of_each_sample
         assert (values[:, 1] > 0.0).all()
 
 
-def test_figures_are_percentiles_and_ratios_to_the_default_backend():
-    ours = np.column_stack([np.full(110, 8.0), np.full(110, 2.0)])
-    theirs = np.column_stack([np.linspace(40.0, 60.0, 110), np.full(110, 50.0)])
-    content = summary({"rti": ours, "acados": theirs}, 15, "easy")
+@pytest.fixture(scope="module")
+def compared(recording):
+    """Times made up, of two replays each: ours, and those of another with commands of its own."""
+    ours = np.column_stack([np.full(SAMPLES, 8.0), np.full(SAMPLES, 2.0)])
+    ours[:20] += 1.0  # which the other did not get to
+    theirs = np.column_stack([np.linspace(40.0, 60.0, 20), np.full(20, 50.0)])
+    commands = recording.applied[1:21, -1] / recording.problem.input_scales
+    commands[15, 0] += 0.25
+    commands[5, 0] += 1.0  # while warming up
+    return {
+        "rti": [Outcome(ours), Outcome(ours)],
+        "acados": [Outcome(theirs), Outcome(theirs + 2.0, commands, failed=3, remark="DAQP")],
+    }
+
+
+def test_figures_are_percentiles_and_ratios_to_the_default_backend(recording, compared):
+    content = summary(compared, recording, "easy")
     assert set(content) >= {"machine", "horizon", "controllers", "ratios"}
-    assert content["samples"] == {"rti": 100, "acados": 100}
-    assert content["controllers"]["rti"]["total_us"] == dict.fromkeys(("p50", "p99", "p999", "max"), 10.0)
-    assert content["controllers"]["acados"]["prepare_us"]["max"] == 60.0
-    assert content["ratios"]["acados"]["feedback_us"]["p50"] == 25.0
+    assert content["samples"] == {"rti": SAMPLES - 10, "acados": 10}
+    assert content["controllers"]["rti"]["total_us"] == {"p50": 10.0, "p99": 12.0, "p999": 12.0, "max": 12.0}
+    assert content["controllers"]["acados"]["prepare_us"]["max"] == 61.0  # of the median of two replays
+    # On the same samples.
+    assert content["ratios"]["acados"]["feedback_us"]["p50"] == 51.0 / 3.0
     assert content["ratios"]["rti"]["total_us"]["p999"] == 1.0
+    assert content["difference"] == {"acados": pytest.approx(0.25)}
+    assert content["failed"] == {"acados": 3}
+    assert content["remarks"] == {"acados": "DAQP"}
+
+
+def test_a_sweep_tells_every_percentile_and_how_a_step_grows(recording, compared):
+    runs = [summary(compared, recording, drive) | {"horizon": N} for drive in ("easy", "limit") for N in (50, 200)]
+    for run in runs:
+        if run["horizon"] == 200:
+            for values in run["controllers"]["acados"]["total_us"], run["controllers"]["rti"]["prepare_us"]:
+                values["p50"] *= 4.5
+    content = report(runs)
+    headings = [section.heading for section in content.sections]
+    assert headings[:3] == [f"{phase}, easy; microseconds" for phase in ("total", "feedback", "prepare")]
+    tables = {section.heading: section.content[0].rows for section in content.sections}
+    assert tables["feedback, limit; microseconds"][2] == ["acados", "50", "51.0", "51.0", "51.0", "51.0", "17.00"]
+    assert [row[0] for row in tables["total, easy; microseconds"]] == ["rti", "", "acados", ""]
+    assert tables["p50 at N = 200 over N = 50"] == [["rti", "1.0", "1.0"], ["acados", "4.5", "4.5"]]
+    assert tables["Solvers"][0] == ["acados", "easy", "50", "DAQP", "3", "2e-01"]
+    assert len(content.summary["runs"]) == 4
+
+
+def test_slow_runners_replay_less(recording, monkeypatch):
+    monkeypatch.setattr(measuring, "SECONDS", 1e-9)
+    monkeypatch.setattr(measuring, "LEAST", 30)
+    times = measure(recording, ["rti", "rti-python"])
+    assert {len(values) for values in times.values()} == {30}
 
 
 def test_qp_solvers_that_work_here_find_what_the_core_finds(recording):

@@ -165,7 +165,7 @@ def test_ctrl_c_at_the_end_leaves_summary_and_page(stopped, monkeypatch, place, 
 
 
 def test_ctrl_c_in_the_benchmark_leaves_what_was_measured(monkeypatch):
-    monkeypatch.setitem(rumo.bench.RUNNERS, "nlp", ctrl_c)
+    monkeypatch.setitem(rumo.bench.RUNNERS, "nlp", lambda recording: ctrl_c)
     arguments = ["bench", "--steps", "100", "--horizon", "2", "--controllers", "nlp", "--json"]
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 130

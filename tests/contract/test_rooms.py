@@ -24,6 +24,7 @@ ROOMS = [
     "kernel",
     "transcription",
     "shift",
+    "nominal",
     "recording",
     "plan",
     "controllers",

@@ -11,6 +11,8 @@ from rumo.controllers.engines.described import core_problem
 from rumo.kernel import describe, problem_source
 from rumo.kernel.description import MATRICES, NUMBERS, SIZES, Description, StageProgram, members
 from rumo.kernel.export import array_source
+from rumo.kernel.straight import elimination_source
+from rumo.kernel.tailored import model_source
 from rumo.kernel.tape import Tape
 from rumo.references import SinePath
 from rumo.studies import PaperStudy
@@ -29,6 +31,8 @@ class Fixture:
     x: list[float]
     reference: object
     scheme: rumo.Discretization = dataclasses.field(default_factory=rumo.ImplicitEuler)
+    solver: str = "auto"
+    record: str = "reference"  # whose plans are recorded
 
 
 def paper_car(penalty, delay, **changes):
@@ -80,6 +84,21 @@ def contradictory():
     return held(problem, [0.1, 0.0], [0.0], [0.5])
 
 
+def falling():
+    """An unstable plant over so long a horizon that condensing leaves nothing of its Hessian: the core knows it."""
+    model = rumo.Model({"x": "1"}, {"u": "1"}, lambda x, u, p: {"x": 5.0 * x.x + u.u})
+    problem = rumo.Problem(
+        model,
+        horizon=60,
+        sampling_time=0.1,
+        track={"x": rumo.Weight(1.0)},
+        moves={"u": rumo.Weight(0.1, range=2.0)},
+        bounds={"u": (-1.0, 1.0)},
+    )
+    fixture = held(problem, [0.1], [0.0], [0.1])
+    return dataclasses.replace(fixture, scheme=rumo.Radau2(), solver="condensing", record="portable")
+
+
 def bare():
     """No bounds, no constraints, no delay, one interval."""
     return held(pendulum(bounds={}, delay=0, horizon=1), [0.1, 0.0], [0.0], [1.0])
@@ -129,13 +148,16 @@ def fixtures():
         "cart_explicit": dataclasses.replace(held(cart, x_cart, [0.0, 0.0], [0.5, 0.0]), scheme=rumo.Rk4(substeps=3)),
         "algebraic": dataclasses.replace(algebraic(), scheme=rumo.Trapezoidal(substeps=2)),
         "contradictory": contradictory(),
+        "falling": falling(),
+        "car_condensed": dataclasses.replace(paper_car(soft, 1), solver="condensing"),
+        "hot_condensed": dataclasses.replace(held(hot, x_hot, [1.11], [1.0]), solver="condensing"),
         "bare": bare(),
     }
 
 
 def description_of(fixture):
     """What the core is told about a problem."""
-    return core_problem(Transcription(fixture.problem, fixture.scheme))
+    return core_problem(Transcription(fixture.problem, fixture.scheme), fixture.solver)
 
 
 def tailored_model(fixture):
@@ -143,14 +165,14 @@ def tailored_model(fixture):
     description = description_of(fixture)
     sizes = ", ".join(str(size) for size in description.sizes)
     defines = f'#define RUMO_TAILORED\n#define RUMO_SIZES {sizes}\n#define RUMO_EVALUATE "model.h"\n'
-    N = description.sizes[0]
-    return defines, description.tape.source("evaluate", N) + description.inner_tape.source("evaluate_inner", N)
+    return defines, model_source(description)
 
 
 def recorded(fixture, samples, seed=0):
     """A loop closed with the predicted state and some noise: x, references, applied inputs, numbers, statuses."""
     problem = fixture.problem
-    controller = rumo.RealTimeIteration(problem, fixture.scheme, backend="reference")
+    qp = rumo.QpOptions(solver=fixture.solver)
+    controller = rumo.RealTimeIteration(problem, fixture.scheme, qp=qp, backend=fixture.record)
     rng = np.random.default_rng(seed)
     x = np.array(fixture.x)
     rows = []
@@ -180,9 +202,16 @@ def fixture_header(chosen, samples):
 
 
 def pattern_header(count=24, seed=1):
-    """The header patterns.h: eliminations of random sparsity, in problems that have nothing else."""
+    """The header patterns.h: eliminations of random sparsity, as problems with nothing else and as straight lines."""
     rng = np.random.default_rng(seed)
-    parts, names = ['#include "rumo_core.h"\n'], []
+    declared = """\
+#include "rumo_core.h"
+typedef struct pattern {
+    const rumo_problem *problem;
+    int (*straight)(const double *, double, const double *restrict, double *restrict, double *restrict);
+} pattern;
+"""
+    parts, names = [declared], []
     for index in range(count):
         nx, nu = int(rng.integers(1, 11)), int(rng.integers(1, 4))
         # From triangular to one block of all; diagonals need not be there, but something must be to pivot on.
@@ -206,10 +235,10 @@ def pattern_header(count=24, seed=1):
         given = ("shift_", "blocking_", "inner_signals", "inner_nodes", "algebraic_guess", "imposed", *NUMBERS)
         empty = {name: np.zeros(0) for name in arrays if name.startswith(given)}
         empty |= {name: np.zeros((8, nu)) for name in ("input_lower", "input_upper")}
-        description: Description = describe(StageProgram(tape, None, np.zeros(slots), first, positions), sizes, empty)
+        stage = StageProgram(tape, None, np.zeros(slots), first, positions, np.zeros((0, nx, nx)))
+        description: Description = describe(stage, sizes, empty)
         parts.append(problem_source(description, f"pattern_{index}"))
-        names.append(f"&pattern_{index}")
-    parts.append(
-        f"static const rumo_problem *const patterns[] = {{{', '.join(names)}}};\nenum {{ PATTERNS = {count} }};\n"
-    )
+        parts.append(elimination_source(description.values, f"straight_{index}", 8))
+        names.append(f"{{&pattern_{index}, straight_{index}}}")
+    parts.append(f"static const pattern patterns[] = {{{', '.join(names)}}};\nenum {{ PATTERNS = {count} }};\n")
     return "\n".join(parts)

@@ -2,17 +2,13 @@
 
 import numpy as np
 import pytest
-from problems import PROBLEMS, car
+from problems import BACKENDS, EXACT, PROBLEMS, car, made_with
 
 import rumo
-from rumo import QpOptions
 from rumo.registry import DISCRETIZATIONS, MODELS
 from rumo.studies import PaperStudy
 from rumo.vehicles import PAPER_CAR, four_wheel
 
-EXACT = QpOptions(tolerance=1e-12)
-BACKENDS = ("reference", "riccati", "condensing")
-"""The last two: the portable core with either of its solvers."""
 PENALTY = rumo.Penalty(2.0, 1.0)
 PENALTIES = {"soft": PENALTY, "l1": rumo.Penalty(0.5), "hard": None}
 
@@ -160,14 +156,6 @@ def drive(controllers, problem, x, reference, samples=6):
             controller.applied = controllers[0].applied
 
 
-def made_with(problem, backend, scheme=None, **settings):
-    """A controller with a backend, or with a solver of the portable one."""
-    if backend not in BACKENDS[1:]:
-        return rumo.RealTimeIteration(problem, scheme, qp=EXACT, backend=backend, **settings)
-    qp = QpOptions(tolerance=1e-12, solver=backend)
-    return rumo.RealTimeIteration(problem, scheme, qp=qp, backend="portable", **settings)
-
-
 def assert_same(problem, first, second, tolerance):
     assert second.status is first.status
     assert second.cause is first.cause
@@ -220,6 +208,36 @@ def test_portable_equals_reference_at_every_horizon(name, penalty):
 def test_tailored_equals_portable(name, cache):
     for penalty in (PENALTY, None):
         compare(CASES[name], 16, 1, penalty, ("portable", "tailored"), 1e-9)
+
+
+@pytest.mark.parametrize("backend", ["portable", "tailored"])
+def test_where_a_pivot_vanishes(backend, cache):
+    """What is stiff at set-up has the first pivot, 1 - T growth; at some stages that is next to nothing."""
+    period = 0.125
+    model = rumo.Model(
+        states={"a": "1", "b": "1"},
+        inputs={"u": "1"},
+        parameters={"growth": rumo.Parameter("1/s", -500.0)},
+        dynamics=lambda x, u, p: {"a": p.growth * x.a + 3.0 * x.b + u.u, "b": x.b - 4.0 * x.a - x.b**3},
+    )
+    problem = rumo.Problem(
+        model,
+        horizon=20,
+        sampling_time=period,
+        delay=1,
+        track={"b": rumo.Weight(1.0)},
+        moves={"u": rumo.Weight(0.1)},
+        bounds={"u": (-5.0, 5.0)},
+    )
+    controllers = [rumo.RealTimeIteration(problem, qp=EXACT, backend=name) for name in ("reference", backend)]
+    assert controllers[1].backend == backend
+    growth = np.full(20, -3.0)
+    growth[[3, 4, 12]] = np.array([1.0, 1.0 - 1e-14, 1.0 - 1e-12]) / period
+    for controller in controllers:
+        controller.parameters = {"growth": growth}
+    for first, second in drive(controllers, problem, [0.1, 0.3], {"b": 0.5}):
+        assert first.status.solved
+        assert_same(problem, first, second, 1e-9)
 
 
 @pytest.mark.parametrize(("horizon", "delay"), [(1, 0), (9, 2), (16, 0)])

@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
-from problems import car, pendulum
-from test_backends import CASES, EXACT, PENALTY, assert_same, drive
+from problems import BACKENDS, EXACT, car, made_with, pendulum, reference_with
+from test_backends import CASES, PENALTY, assert_same, drive
 
 import rumo
 from rumo.controllers.engines.guarded import Guarded
-from rumo.controllers.engines.numpy import NumpyRti, condense, eliminate
+from rumo.controllers.engines.numpy import NumpyRti
+from rumo.controllers.engines.qp import Conditions, Point, solve
+from rumo.controllers.engines.stagewise import assemble, eliminate
 from rumo.plan import DIAGNOSTICS
 from rumo.transcription import Transcription
 
@@ -33,12 +35,11 @@ def test_portable_equals_reference(name, settings):
     ]
     for first, second in drive(controllers, problem, x, reference):
         assert_same(problem, first, second, 1e-7)
-        np.testing.assert_allclose(numbers(second)[:2], numbers(first)[:2], rtol=1e-4, atol=1e-9)
-        # A ratio of steps is as exact as the step before, which may be next to none.
-        ratio, step = first.diagnostics.contraction, first.diagnostics.step
-        exact = 1e-14 * ratio / step if step else np.inf
-        assert second.diagnostics.contraction == pytest.approx(ratio, rel=1e-4, abs=1e-9 + exact, nan_ok=True)
-        assert second.diagnostics.kkt_residual < 1e-9
+        ours, theirs = ((d.integrator_residual, d.step, d.contraction) for d in (second.diagnostics, first.diagnostics))
+        told = 2 if first.diagnostics.step < 1e-10 else 3  # a step of 1e-12 has no four digits to divide
+        np.testing.assert_allclose(ours[:told], theirs[:told], rtol=1e-4, atol=1e-9)
+        for plan in (first, second):
+            assert not plan.status.solved or plan.diagnostics.kkt_residual < 1e-9
         assert first.diagnostics.integrated == second.diagnostics.integrated
 
 
@@ -53,7 +54,7 @@ def test_residual_is_the_newton_correction_of_the_guess():
     stages = transcription.linearize(about.x, about.u, about.inner, problem.parameters)
     assert about.x is not plan.x.values
     correction = np.abs(eliminate(stages)[2][:-1]).max(axis=0)
-    reach = condense(stages, problem, transcription.imposed).reach
+    reach = assemble(stages, problem, transcription.imposed).reach
     expected = max(c / r for c, r in zip(correction, reach, strict=True) if r > 0.0)
     assert plan.diagnostics.integrator_residual == pytest.approx(expected)
     strict = rumo.RealTimeIteration(problem, integrator_tolerance=0.5 * expected)
@@ -69,6 +70,59 @@ def test_a_linear_model_is_solved_in_one_step():
     assert diagnostics.step < 1e-12
     assert diagnostics.contraction < 1e-10
     assert diagnostics.kkt_residual < 1e-10
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("name", CASES)
+def test_a_solution_has_no_kkt_residual(name, backend):
+    problem, x, reference = CASES[name](16, 1, PENALTY)
+    controller = made_with(problem, backend)
+    for _ in range(3):
+        plan = controller.step(x, reference)
+        assert plan.status.solved
+        assert plan.diagnostics.kkt_residual < 1e-11
+
+
+def test_kkt_residual_of_inputs_is_their_reduced_gradient():
+    """Of any inputs, with states that satisfy the dynamics and multipliers that balance all forces on states.
+
+    By central differences of the cost along the linear model, one free input at a time.
+    """
+    programs, problem, x, target = [], pendulum(bounds={}), np.array([0.3, -0.2]), 0.4
+
+    def optimize(program, options):
+        programs.append(program)
+        return solve(program, options)
+
+    controller = reference_with(problem, optimize)
+    plan = controller.step(x, {"angle": target})
+    assert plan.diagnostics.step == pytest.approx(np.abs(plan.u.values[problem.delay :]).max() / 4.0)
+    assert np.isnan(plan.diagnostics.contraction)
+
+    def cost(u):
+        state, total = x, 0.0
+        for k in range(problem.horizon):
+            state = controller.transcription.advance(state, u[k])[0][:2]
+            total += problem.output_weights[k, 0] * (state[0] - target) ** 2
+            move = u[k] - (u[k - 1] if k else 0.0)
+            total += problem.move_weights[k, 0] * move[0] ** 2 if k >= problem.delay else 0.0
+        return total
+
+    # The guess is at rest with the safe input, 0.
+    v, n = np.random.default_rng(0).normal(size=problem.horizon - problem.delay), problem.horizon - problem.delay
+    u = np.r_[np.zeros(problem.delay), 4.0 * v][:, None]
+    slopes = []
+    for k in range(problem.delay, problem.horizon):
+        change = np.zeros_like(u)
+        change[k] = 1e-4
+        slopes.append((cost(u + change) - cost(u - change)) / 2e-4 * problem.input_scales[0])
+    conditions = Conditions(programs[0])
+    H, g, E, e = conditions.H.toarray(), conditions.g, conditions.E.toarray(), conditions.e
+    q = np.r_[v, np.linalg.solve(E[:, n:], e - E[:, :n] @ v)]
+    y = np.linalg.solve(E[:, n:].T, -(H @ q + g)[n:])
+    largest = (np.abs(H @ q + g) + np.abs(E.T) @ np.abs(y))[:n].max()
+    expected = conditions.cost * np.abs(slopes).max() / largest
+    assert conditions.residual(Point(q, y, np.zeros(0))) == pytest.approx(expected, rel=1e-6)
 
 
 def test_unknown_without_a_solution():

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from problems import car
-from test_backends import BACKENDS, EXACT, assert_same, drive, made_with
+from problems import BACKENDS, EXACT, car, made_with
+from test_backends import assert_same, drive
 
 import rumo
 from rumo.controllers import NlpSettings

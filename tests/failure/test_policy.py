@@ -7,7 +7,7 @@ from problems import pendulum, reference_with, swinging_cart, tank
 import rumo
 from rumo import Status
 from rumo.controllers import NlpSettings, QpOptions
-from rumo.controllers.engines.qp import solve
+from rumo.controllers.engines.qp import Solution, solve
 
 CONTROLLERS = [rumo.RealTimeIteration, rumo.DirectNlp, rumo.LinearTimeVarying]
 REFERENCE = {"angle": 0.5, "rate": 0.0}
@@ -148,7 +148,8 @@ def test_a_failed_qp_is_never_applied():
     failing = False
 
     def optimize(program, options):
-        return (np.full(11, 1e6), Status.SOLVER_FAILED) if failing else solve(program, options)
+        wrong = Solution(np.full(len(program.gradient), 1e6), Status.SOLVER_FAILED)
+        return wrong if failing else solve(program, options)
 
     controller = reference_with(pendulum(), optimize)
     good = controller.step(GOOD, REFERENCE)

@@ -7,7 +7,7 @@ import pytest
 from qps import CoreQp, assert_solved, least_violation, solve
 from qps.random import degenerate, program, size
 
-from rumo.controllers.engines.qp import QuadraticProgram
+from rumo.bench.qp import QuadraticProgram
 from rumo.status import Status
 
 

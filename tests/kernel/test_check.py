@@ -76,21 +76,43 @@ def test_an_update_is_a_controller_made_anew(values):
     np.testing.assert_array_equal(step(updated), step(made))
 
 
-def test_bounds_need_no_preparation_and_weights_do(values):
-    core = Core(0, values, asdict(Settings()))
+def test_what_is_prepared_stays_so(values):
+    """Bounds need no other preparation, weights get one; without any there is no feedback."""
+    core = Core(0, values, asdict(Settings()), "before")
     step(core)
+    assert step(core, core.feedback) is None
     core.prepare()
-    core.update({"input_upper": 0.5 * values["input_upper"]})
-    assert core.ready
+    core.update({"input_upper": 0.5 * values["input_upper"]}, "after")
+    assert step(core, core.feedback) is not None
+    core.prepare()
     core.update({"output_weights": 0.5 * values["output_weights"]})
-    assert not core.ready
+    assert step(core, core.feedback) is not None
 
 
-def step(core):
+def test_a_step_says_with_which_numbers_it_was_made(values):
+    core = Core(0, values, asdict(Settings()), "before")
+    x, reference, numbers = told()
+    assert core.step(x, reference, numbers)[0] == "before"
+    with pytest.raises(ValueError, match="input_lower"):
+        core.update({"input_upper": values["input_lower"] - 1.0}, "refused")
+    assert core.step(x, reference, numbers)[0] == "before"
+    core.update({"input_upper": 0.5 * values["input_upper"]}, "after")
+    assert core.step(x, reference, numbers)[0] == "after"
+    core.configure(asdict(Settings()), "configured")
+    assert core.step(x, reference, numbers)[0] == "configured"
+
+
+def told():
     problem, x, window = car()
     reference = np.ascontiguousarray(np.column_stack([np.broadcast_to(window[name], 16) for name in problem.outputs]))
-    numbers = np.empty(15 * 2 + 16 * 9 + 15 * 4 + 4)
-    core.step(np.array(x), reference, numbers)
+    return np.array(x), reference, np.empty(15 * 2 + 16 * 9 + 15 * 4 + 4)
+
+
+def step(core, function=None):
+    """Numbers of a plan; None if there is none."""
+    *given, numbers = told()
+    if (function or core.step)(*given, numbers) is None:
+        return None
     assert np.isfinite(numbers[:-4]).all()
     return numbers
 
@@ -104,7 +126,7 @@ def test_bounds_of_an_interval_are_the_solvers():
     settings = replace(Settings(), sqp_iterations=30)
     core = Core(0, description.values | {"input_upper": upper}, asdict(settings))
     numbers = np.empty(10 * 1 + 11 * 2 + 4)
-    status, *_ = core.step(np.array([0.0, 0.0]), np.full((11, len(problem.outputs)), 0.8), numbers)
+    _, status, *_ = core.step(np.array([0.0, 0.0]), np.full((11, len(problem.outputs)), 0.8), numbers)
     assert status == 0
     u, x = numbers[:10].reshape(10, 1), numbers[10:32].reshape(11, 2)
     np.testing.assert_allclose(u[3:5], 0.1)

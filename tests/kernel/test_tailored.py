@@ -15,7 +15,7 @@ from problems import pendulum
 import rumo
 from rumo.controllers.engines.described import core_problem
 from rumo.kernel import tailored as build_for
-from rumo.kernel.tailored import SUFFIX, _compiler, _fingerprint, _sources
+from rumo.kernel.tailored import SUFFIX, _fingerprint, _sources, compiler
 from rumo.status import Status
 from rumo.transcription import Transcription
 
@@ -261,11 +261,11 @@ def test_zig_as_the_compiler(cache, monkeypatch):
 def test_search_for_a_compiler(monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(shutil, "which", lambda name: f"/bin/{name}" if name == "clang" else None)
-    assert _compiler() == ("/bin/clang",)
+    assert compiler() == ("/bin/clang",)
     monkeypatch.setattr(shutil, "which", lambda name: None)
     monkeypatch.setitem(sys.modules, "ziglang", None)
     with pytest.raises(tailored.CompilerError, match="no C compiler was found"):
-        _compiler()
+        compiler()
 
 
 def test_without_a_compiler_the_installed_core_works(tmp_path):

@@ -1,6 +1,7 @@
 """The model as a tape: every operation and any expression has CasADi's value, in the portable and the tailored core."""
 
 import shutil
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
@@ -138,6 +139,18 @@ def test_all_operations_in_a_tailored_build(tmp_path, monkeypatch):
         expected = [exact(expression, a, b)[0] for expression in expressions]
         for controller in controllers:
             np.testing.assert_allclose(values(controller, a, b), expected, rtol=1e-13, atol=1e-300)
+
+
+def test_divisions_by_the_same_number_are_one():
+    """Three by a + b, one of them twice with its derivatives; and by a constant, which is none."""
+    expressions = [lambda a, b: a / (a + b), lambda a, b: ca.sin(a) / (a + b), lambda a, b: 1.0 / (a + b) + a / 3.0]
+    controller = rumo.RealTimeIteration(frozen(expressions), backend="portable", gate=None)
+    names = [OPERATIONS[code] for code in core_problem(controller.transcription).tape.code[:, 0]]
+    assert names.count("inv") + names.count("div") == 1
+    runs = 1 + sum(before != after for before, after in pairwise(names))
+    assert runs < 0.6 * len(names), "instructions of one kind follow each other"
+    for a, b in ((0.3, 0.9), (-2.0, 7.0)):
+        np.testing.assert_allclose(values(controller, a, b), [exact(e, a, b)[0] for e in expressions], rtol=1e-15)
 
 
 ONE = {

@@ -69,10 +69,10 @@ class Slow:
     def __getattr__(self, name):
         return getattr(self.core, name)
 
-    def update(self, values):
+    def update(self, *values):
         self.begun.set()
         self.over.wait(0.02)
-        self.core.update(values)
+        self.core.update(*values)
 
 
 def test_a_preparation_stays_one_while_another_thread_updates():

@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+from problems import BACKENDS, made_with, pendulum
 
 import rumo
 
@@ -48,3 +49,59 @@ def test_it_is_the_hard_bound_where_that_can_be_met(horizon, sway):
 def test_a_price_a_thousand_times_lower_does_not_keep_it():
     plan = rumo.RealTimeIteration(crane(rumo.Penalty(0.001), 30)).step(np.zeros(4), {"position": 10.0})
     assert plan.status is rumo.Status.SOFT_VIOLATED
+
+
+def side_by_side(names, price, horizon):
+    """Lags that share nothing, each with an input; `a`, if it is among them, is to stay within 0.3 at any price."""
+    rates = {"a": 0.5, "b": 0.2}
+    return rumo.Problem(
+        rumo.Model(
+            states=dict.fromkeys(names, "1"),
+            inputs={f"push_{name}": "1" for name in names},
+            dynamics=lambda x, u, p: {name: u[f"push_{name}"] - rates[name] * x[name] for name in names},
+        ),
+        horizon=horizon,
+        sampling_time=0.1,
+        track={name: rumo.Weight(1.0) for name in names},
+        moves={f"push_{name}": rumo.Weight(0.1, range=2.0) for name in names},
+        bounds={f"push_{name}": (-1.0, 1.0) for name in names}
+        | ({"a": rumo.Bounds(-0.3, 0.3, rumo.Penalty(price))} if "a" in names else {}),
+    )
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize(
+    ("price", "horizon", "samples"),
+    [
+        (1e13, 2, [((-0.7, 0.9), (0.0, -0.5)), ((0.8, 0.6), (0.6, 0.8))]),
+        (1e12, 5, [((-0.8, 0.7), (0.8, -0.9)), ((0.6, -0.5), (-0.3, -0.7))]),
+        (1e11, 3, [((0.8, 0.1), (-0.4, -0.7)), ((-0.8, 0.8), (0.3, 0.6))]),
+    ],
+)
+def test_a_price_beyond_all_measure_does_not_reach_what_is_beside_it(price, horizon, samples, backend):
+    """The second of two samples, so that a solver starts from the first; without `a`, `b` has the same plan."""
+    both, alone = (made_with(side_by_side(names, price, horizon), backend, gate=None) for names in ("ab", "b"))
+    for x, wanted in samples:
+        plan = both.step(x, dict(zip("ab", wanted, strict=True)))
+        expected = alone.step([x[1]], {"b": wanted[1]})
+        assert plan.status.solved or plan.status is rumo.Status.ILL_CONDITIONED
+        if plan.status.solved:
+            np.testing.assert_allclose(plan.u["push_b"], expected.u["push_b"], atol=1e-6)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("l2", [1e8, 1e9])
+def test_a_steep_bound_out_of_reach_is_solved(l2, backend):
+    """The pendulum turns faster than its torque can stop: that sits at its bound, and forces of 1e9 balance."""
+    problem = pendulum(bounds={"torque": (-2.0, 2.0), "rate": rumo.Bounds(-0.5, 0.5, rumo.Penalty(1.0, l2))})
+    controllers = [
+        made_with(problem, backend, gate=None),
+        rumo.DirectNlp(problem, gate=None, tolerance=1e-10),
+    ]
+    rng = np.random.default_rng(0)
+    for x in rng.uniform([-1.0, -3.0], [1.0, 3.0], (12, 2)):
+        plan, oracle = (controller.step(x, {"angle": 0.0}) for controller in controllers)
+        assert plan.status is oracle.status
+        assert plan.command["torque"] == pytest.approx(oracle.command["torque"], abs=1e-6)
+        for controller in controllers:
+            controller.reset()

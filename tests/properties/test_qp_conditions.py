@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from qps import assert_answered, solve
 from qps.random import SOFTNESS, degenerate, in_units, program, size
 
-from rumo.controllers.engines.qp import QuadraticProgram
+from rumo.bench.qp import QuadraticProgram
 
 
 def check(p, tolerance=1e-9):

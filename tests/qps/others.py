@@ -10,8 +10,7 @@ import qpsolvers
 
 from qps.proofs import residuals
 from qps.random import in_units
-from rumo.bench.qp import Solution, posed
-from rumo.controllers.engines.qp import QuadraticProgram
+from rumo.bench.qp import QuadraticProgram, Solution, posed
 
 TIGHT = {
     "daqp": {"primal_tol": 1e-11, "dual_tol": 1e-13},

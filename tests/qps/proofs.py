@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
-from rumo.bench.qp import Solution
-from rumo.controllers.engines.qp import QuadraticProgram
+from rumo.bench.qp import QuadraticProgram, Solution
 from rumo.status import Status
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rumo.controllers.engines.qp import QuadraticProgram
+from rumo.bench.qp import QuadraticProgram
 
 SOFTNESS = ("hard", "exact", "quadratic", "free", "mixed")
 """Of rows: none; l2 = 0; l2 > 0; l1 = 0 with l2 > 0; some of each."""

@@ -8,8 +8,7 @@ import numpy as np
 from problems import cooled_reactor, stiff_reactor, swinging_cart
 
 from rumo.bench import SCENARIOS
-from rumo.bench.qp import ProgramRecorder
-from rumo.controllers.engines.qp import QuadraticProgram
+from rumo.bench.qp import ProgramRecorder, QuadraticProgram
 
 
 def study(duration: float, at_the_limit: bool = False, hard: bool = False, **changes) -> list[QuadraticProgram]:

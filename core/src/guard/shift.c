@@ -12,18 +12,21 @@ static inline double between(const double *x, int nx, int signal, double node) {
 /* One sample later: values of states keep their distance from the straight line between the ends of their interval. */
 static void shift_inner(const rumo_guard *g) {
     const dims *s = &g->s;
+    const int rest = g->data.shift.same_rows ? s->N - 1 : 0; /* those before have the same ends */
     for (int i = 0; i < s->ni; ++i) {
         const double *from = g->inner + (ptrdiff_t)i * s->lanes, node = g->data.inner_nodes[i];
         double *to = g->next_inner + (ptrdiff_t)i * s->lanes;
         const int signal = g->data.inner_signals[i];
-        for (int k = 0; k < s->lanes; ++k) {
-            const int here = k < s->N ? k : s->N - 1, j = g->data.shift.intervals[here];
+        copy(to, from + 1, rest);
+        for (int k = rest; k < s->N; ++k) {
+            const int j = g->data.shift.intervals[k];
             to[k] = from[j];
             if (signal >= s->nx) continue;
-            const double moved = between(g->next_x + here * s->nx, s->nx, signal, node) +
+            const double moved = between(g->next_x + k * s->nx, s->nx, signal, node) +
                                  (from[j] - between(g->x + j * s->nx, s->nx, signal, node));
             if (isfinite(moved)) to[k] = moved;
         }
+        for (int k = s->N; k < s->lanes; ++k) to[k] = to[s->N - 1];
     }
 }
 

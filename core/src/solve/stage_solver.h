@@ -1,8 +1,9 @@
 /* The seam between linearised stages and whatever finds the step from the guess.
  *
  * There are two, dense condensing and Riccati sweeps, and a problem's sizes say which: solver.h. Another one is a file that
- * defines `solver`, a stage_solver, and `solver_memory`, the type of its memory; it may use base/, stages/ and active_set/, not guard/. A build takes it by RUMO_SOLVER, the
- * name of that file, in Python by kernel.tailored(description, solver). Calls through a constant cost nothing.
+ * defines `solver`, a stage_solver, and `solver_memory`, the type of its memory; it may use base/, stages/ and active_set/, not
+ * guard/. A build takes it by RUMO_SOLVER, the name of that file, in Python by kernel.tailored(description, solver). Calls
+ * through a constant cost nothing.
  *
  * What every solver owes: inputs of the delay are `decided`, those after it obey bounds and move bounds, and hold over blocks
  * (base/blocks.h). Constraints are imposed where the problem says so, but not where no input moves them. Soft ones give
@@ -50,7 +51,7 @@ typedef struct stage_solver {
     void (*lay_out)(arena *, void *, const rumo_problem *own, const rumo_problem *given);
     void (*renumber)(void *); /* the problem's numbers are others, or known for the first time */
     void (*forget)(void *);   /* nothing of former solutions helps */
-    /* All that needs no measurement, with what is kept of former solutions `shift` samples on, 0 or 1; 0 if there can be no
+    /* All that needs no measurement, with what is kept of former solutions `shift` samples on, 0 or 1; 0 if rounding leaves no
      * solution. */
     int (*prepare)(void *, const stage_maps *, int shift);
     /* Of what was prepared: how far the ranges of all free inputs together move each state (nx,) until the end of a stage. */

@@ -1,7 +1,8 @@
 /* From a substep's equations M dw = A0 dx + B du + defect to dw = A dx + B du + c.
  *
- * Eight stages at a time, block by block in the triangular order that the sparsity pattern gives, with row pivoting
- * inside each block. Row exchanges are done stage by stage, where one stage needs them.
+ * Eight stages at a time, block by block in the triangular order that the sparsity pattern gives, and inside a block in the
+ * order of pivots that was found at set-up, which knows what is zero. Where a pivot turns out too small in one of the
+ * stages, the block is solved with row pivoting instead: rows are exchanged stage by stage.
  */
 #ifndef RUMO_ELIMINATE_C
 #define RUMO_ELIMINATE_C
@@ -9,6 +10,7 @@
 #include "rumo_core.h"
 
 #include "base/lanes.h"
+#include "stages/tape.c"
 
 /* A pivot is kept unless another entry of its column is so many times larger, as sparse solvers do. */
 #define PATIENCE 8.0
@@ -52,8 +54,47 @@ static inline void subtract(double *restrict y, const double *restrict a, const 
         for (int l = 0; l < LANES; ++l) y[e * LANES + l] -= a[l] * x[e * LANES + l];
 }
 
-/* Solve a dense block for its right-hand side, in eight stages at once: work (m, m + k + 1, LANES). */
-static OUTSIDE void solve_block(double *work, int m, int k) {
+/* How pivots are taken in one block, and what else is not zero. */
+typedef struct block_order {
+    int m, k;
+    const int *unknowns, *below, *across, *lower, *upper;
+} block_order;
+
+/* Solve a block for its right-hand side, in eight stages at once: work (m, m + k + 1, LANES). 0 if a pivot is too small. */
+static OUTSIDE int solve_in_order(const block_order *o, const double *unit, double *work) {
+    const int m = o->m, k = o->k, row = (m + k + 1) * LANES;
+    const int *lower = o->lower, *upper = o->upper;
+    double lack[LANES] = {0.0};
+    for (int p = 0; p < m; ++p) {
+        double *restrict pivot = work + p * row;
+        double excess[LANES] = {0.0}, inverse[LANES];
+        for (int i = 0; i < o->below[p]; ++i) {
+            const double *restrict other = work + lower[i] * row + p * LANES;
+            for (int l = 0; l < LANES; ++l) excess[l] = larger(excess[l], fabs(other[l]) * unit[o->unknowns[lower[i]]]);
+        }
+        const double enough = PATIENCE * unit[o->unknowns[p]];
+        for (int l = 0; l < LANES; ++l) lack[l] = larger(lack[l], excess[l] - enough * fabs(pivot[p * LANES + l]));
+        for (int l = 0; l < LANES; ++l) inverse[l] = 1.0 / pivot[p * LANES + l];
+        for (int e = 0; e < o->across[p]; ++e)
+            for (int l = 0; l < LANES; ++l) pivot[upper[e] * LANES + l] *= inverse[l];
+        for (int i = 0; i < o->below[p]; ++i) {
+            double *restrict other = work + lower[i] * row;
+            for (int e = 0; e < o->across[p]; ++e)
+                subtract(other + upper[e] * LANES, other + p * LANES, pivot + upper[e] * LANES, 1);
+        }
+        lower += o->below[p];
+        upper += o->across[p];
+    }
+    for (int p = m - 1; p >= 0; --p) {
+        upper -= o->across[p];
+        for (int e = 0; e < o->across[p] && upper[e] < m; ++e)
+            subtract(work + p * row + m * LANES, work + p * row + upper[e] * LANES, work + upper[e] * row + m * LANES, k);
+    }
+    return largest_size(lack, LANES) == 0.0;
+}
+
+/* The same with row pivoting. */
+static OUTSIDE void solve_with_exchanges(double *work, int m, int k) {
     const int columns = m + k, row = (columns + 1) * LANES;
     for (int p = 0; p < m; ++p) {
         double *restrict pivot = work + p * row;
@@ -72,30 +113,69 @@ static OUTSIDE void solve_block(double *work, int m, int k) {
             subtract(work + i * row + m * LANES, work + i * row + p * LANES, work + p * row + m * LANES, k);
 }
 
-/* terms (slots, lanes) to result (entries, lanes). */
-static void eliminate(const rumo_elimination *order, const double *unit, const double *restrict terms, int lanes,
-                      double *restrict work, double *restrict result) {
-    for (int first = 0; first < lanes; first += LANES) {
-        const int *load = order->load, *update = order->update, *store = order->store, *unknowns = order->unknowns;
-        for (int b = 0; b < order->blocks; ++b) {
-            const int m = order->size[b], k = order->width[b];
-            zero(work, m * (m + k + 1) * LANES);
-            for (int i = 0; i < m; ++i)
-                for (int l = 0; l < LANES; ++l) work[((i + 1) * (m + k + 1) - 1) * LANES + l] = unit[unknowns[i]];
-            for (int e = 0; e < order->loads[b]; ++e, load += 2)
-                copy(work + load[1] * LANES, terms + (ptrdiff_t)load[0] * lanes + first, LANES);
-            for (int e = 0; e < order->updates[b]; ++e, update += 3) {
-                const double *restrict coefficient = terms + (ptrdiff_t)update[0] * lanes + first;
-                const double *restrict known = result + (ptrdiff_t)update[1] * lanes + first;
-                double *restrict place = work + update[2] * LANES;
-                for (int l = 0; l < LANES; ++l) place[l] -= coefficient[l] * known[l];
-            }
-            solve_block(work, m, k);
-            for (int e = 0; e < order->stores[b]; ++e, store += 2)
-                copy(result + (ptrdiff_t)store[1] * lanes + first, work + store[0] * LANES, LANES);
-            unknowns += m;
-        }
+/* What a block is made of, in eight stages: entries of the terms, and what is known of earlier blocks. */
+static void load_block(const rumo_elimination *order, int b, const int *load, const int *update, const double *restrict terms,
+                       const double *restrict result, int lanes, double *restrict work) {
+    zero(work, order->size[b] * (order->size[b] + order->width[b] + 1) * LANES);
+    for (int e = 0; e < order->loads[b]; ++e, load += 2)
+        copy(work + load[1] * LANES, terms + (ptrdiff_t)load[0] * lanes, LANES);
+    for (int e = 0; e < order->updates[b]; ++e, update += 3) {
+        const double *restrict coefficient = terms + (ptrdiff_t)update[0] * lanes;
+        const double *restrict known = result + (ptrdiff_t)update[1] * lanes;
+        double *restrict place = work + update[2] * LANES;
+        for (int l = 0; l < LANES; ++l) place[l] -= coefficient[l] * known[l];
     }
+}
+
+/* Eight stages, from terms to result; how many blocks needed exchanges. */
+static int eliminate_chunk(const rumo_elimination *order, const double *unit, const double *restrict terms, int lanes,
+                           double *restrict work, double *restrict result) {
+    const int *load = order->load, *update = order->update, *store = order->store;
+    block_order o = {0, 0, order->unknowns, order->below, order->across, order->lower, order->upper};
+    int exchanged = 0;
+    for (int b = 0; b < order->blocks; ++b) {
+        o.m = order->size[b];
+        o.k = order->width[b];
+        load_block(order, b, load, update, terms, result, lanes, work);
+        if (!solve_in_order(&o, unit, work)) {
+            load_block(order, b, load, update, terms, result, lanes, work);
+            for (int i = 0; i < o.m; ++i)
+                for (int l = 0; l < LANES; ++l) work[((i + 1) * (o.m + o.k + 1) - 1) * LANES + l] = unit[o.unknowns[i]];
+            solve_with_exchanges(work, o.m, o.k);
+            ++exchanged;
+        }
+        for (int e = 0; e < order->stores[b]; ++e, store += 2)
+            copy(result + (ptrdiff_t)store[1] * lanes, work + store[0] * LANES, LANES);
+        load += 2 * order->loads[b];
+        update += 3 * order->updates[b];
+        for (int p = 0; p < o.m; ++p) {
+            o.lower += *o.below++;
+            o.upper += *o.across++;
+        }
+        o.unknowns += o.m;
+    }
+    return exchanged;
+}
+
+/* terms (slots, lanes) to result (entries, lanes): `lack` (lanes,) is more than 0 or NaN where a pivot was too small, or the
+ * result is not finite. 0 if nothing was done. A tailored build has it as C code, if there is not too much of it. */
+#ifndef RUMO_TAILORED
+#define eliminate_in_order(unit, patience, terms, result, lack) 0
+#endif
+
+/* terms (slots, lanes) to result (entries, lanes); 0 where that is not finite. */
+static int eliminate(const rumo_elimination *order, const double *unit, const double *restrict terms, int lanes,
+                     double *restrict lack, double *restrict work, double *restrict result) {
+    const int tried = eliminate_in_order(unit, PATIENCE, terms, result, lack);
+    int complete = tried;
+    for (int first = 0; first < lanes; first += LANES) {
+        int fine = tried;
+        for (int k = first; fine && k < first + LANES; ++k) fine = lack[k] == 0.0;
+        if (fine) continue;
+        complete = 0;
+        eliminate_chunk(order, unit, terms + first, lanes, work, result + first);
+    }
+    return complete || all_finite(result, order->entries * lanes);
 }
 
 /* Units in which the rows of each block compare: powers of two that balance |M| over all stages, so that pivots

@@ -57,28 +57,28 @@ static void guess_inner(stage_maps *m, const double *x) {
 static void expand_inner(const stage_maps *m, const double *dx, const double *du, double *restrict inner) {
     const dims *s = &m->s;
     const int lanes = s->lanes;
+    double *const known = m->known_lanes;
     if (s->ni == 0) return;
-    to_lanes(dx, s->ldx, s->nx, s->N, lanes, m->dx_lanes);
-    to_lanes(du, s->nu, s->nu, s->N, lanes, m->du_lanes);
+    to_lanes(dx, s->ldx, s->nx, s->N, lanes, known);
+    to_lanes(du, s->nu, s->nu, s->N, lanes, known + (ptrdiff_t)s->nx * lanes);
     for (int j = 0; j < s->m; ++j) {
         const double *result = results_of(m, j);
         for (int r = j + 1 == s->m ? s->nx : 0; r < s->nw; ++r) {
             const ptrdiff_t row = inner_row(s, j, r);
-            double *restrict value = inner + row;
-            copy(value, m->guess_inner + row, lanes);
-            for (int e = m->of_unknowns.start[r]; e < m->of_unknowns.start[r + 1]; ++e) {
-                const int column = m->of_unknowns.column[e];
-                const double *restrict a = result + (ptrdiff_t)e * lanes;
-                const double *restrict d = column < s->nx           ? m->dx_lanes + (ptrdiff_t)column * lanes
-                                           : column < s->nx + s->nu ? m->du_lanes + (ptrdiff_t)(column - s->nx) * lanes
-                                                                    : NULL;
-                for (int k = 0; k < lanes; ++k) value[k] += d ? a[k] * d[k] : a[k];
+            for (int first = 0; first < lanes; first += LANES) {
+                double value[LANES];
+                copy(value, m->guess_inner + row + first, LANES);
+                for (int e = m->of_unknowns.start[r]; e < m->of_unknowns.start[r + 1]; ++e) {
+                    const double *restrict a = result + (ptrdiff_t)e * lanes + first;
+                    const double *restrict d = known + (ptrdiff_t)m->of_unknowns.column[e] * lanes + first;
+                    for (int l = 0; l < LANES; ++l) value[l] += a[l] * d[l];
+                }
+                copy(inner + row + first, value, LANES);
             }
         }
         for (int r = 0; r < s->nx && j + 1 < s->m; ++r)
             for (int k = 0; k < lanes; ++k)
-                m->dx_lanes[(ptrdiff_t)r * lanes + k] =
-                    inner[inner_row(s, j, r) + k] - m->guess_inner[inner_row(s, j, r) + k];
+                known[(ptrdiff_t)r * lanes + k] = inner[inner_row(s, j, r) + k] - m->guess_inner[inner_row(s, j, r) + k];
     }
 }
 

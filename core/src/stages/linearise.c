@@ -46,11 +46,9 @@ APART static int linearise(stage_maps *m, const double *last) {
         double *result = results_of(m, j);
         double *inside = m->terms + (ptrdiff_t)p->defect_first * s.lanes;
         if (j + 1 == s.m) {
-            evaluate(&p->tape, &in, s.lanes, m->registers, m->terms);
-            if (!all_finite(m->terms, p->sizes.slots * s.lanes)) return 0;
+            if (!evaluate(&p->tape, &in, s.lanes, m->registers, m->terms)) return 0;
         } else {
-            evaluate_inner(&p->inner_tape, &in, s.lanes, m->registers, m->terms);
-            if (!all_finite(inside, (p->Cx.first - p->defect_first) * s.lanes)) return 0;
+            if (!evaluate_inner(&p->inner_tape, &in, s.lanes, m->registers, m->terms)) return 0;
         }
         if (s.explicit_scheme && j + 1 < s.m) {
             copy(m->on_the_way, inside, s.nx * s.lanes);
@@ -60,8 +58,7 @@ APART static int linearise(stage_maps *m, const double *last) {
             balance(&p->elimination, &p->M, m->terms, s.lanes, s.nw, m->block_of, m->unit);
             m->balanced = 1;
         }
-        eliminate(&p->elimination, m->unit, m->terms, s.lanes, m->work, result);
-        if (!all_finite(result, p->elimination.entries * s.lanes)) return 0;
+        if (!eliminate(&p->elimination, m->unit, m->terms, s.lanes, m->lack, m->work, result)) return 0;
         if (s.m == 1) break;
         if (j == 0) {
             start_composition(&p->composition, result, s.lanes, m->maps);

@@ -34,8 +34,8 @@ typedef struct stage_maps {
     double *results;              /* (m, entries, lanes): maps of the substeps; of the last one if explicit */
     sparse of_unknowns;           /* their rows */
     double *on_the_way;           /* (nx, lanes): state that an explicit scheme has come to */
-    double *zeros;                /* (lanes,) */
-    double *dx_lanes, *du_lanes;  /* (nx, lanes), (nu, lanes): see expand_inner() */
+    double *zeros, *lack;         /* (lanes,) */
+    double *known_lanes;          /* (nx + nu + 1, lanes): dx, du and 1, see expand_inner() */
     double *unit;                 /* (nw,): in which pivots compare */
     int balanced, *block_of;
 } stage_maps;
@@ -60,8 +60,8 @@ RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own
     m->u_lanes = alloc_doubles(a, s.nu * s.lanes);
     m->p_lanes = alloc_doubles(a, (ptrdiff_t)p->sizes.parameters * s.lanes);
 #ifndef RUMO_TAILORED
-    const int places = register_places(&p->tape), inner_places = register_places(&p->inner_tape);
-    m->registers = alloc_doubles(a, (ptrdiff_t)(places > inner_places ? places : inner_places) * CHUNK);
+    const int registers = p->tape.registers, inner = p->inner_tape.registers;
+    m->registers = alloc_doubles(a, (ptrdiff_t)(registers > inner ? registers : inner) * CHUNK);
 #endif
     m->terms = alloc_doubles(a, (ptrdiff_t)p->sizes.slots * s.lanes);
     m->results = alloc_doubles(a, (ptrdiff_t)(s.explicit_scheme ? 1 : s.m) * e->entries * s.lanes);
@@ -69,8 +69,8 @@ RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own
     m->other_maps = s.m > 1 ? alloc_doubles(a, (ptrdiff_t)composed->entries * s.lanes) : NULL;
     m->on_the_way = alloc_doubles(a, s.explicit_scheme ? s.nx * s.lanes : 0);
     m->zeros = alloc_doubles(a, s.lanes);
-    m->dx_lanes = alloc_doubles(a, s.ni ? s.nx * s.lanes : 0);
-    m->du_lanes = alloc_doubles(a, s.ni ? s.nu * s.lanes : 0);
+    m->lack = alloc_doubles(a, s.lanes);
+    m->known_lanes = alloc_doubles(a, s.ni ? s.width * s.lanes : 0);
     int largest = 0;
     for (int b = 0; b < e->blocks; ++b) {
         const int size = e->size[b] * (e->size[b] + e->width[b] + 1);
@@ -91,6 +91,7 @@ RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own
     m->end_of_A = alloc_ints(a, s.rows);
     m->reach = alloc_doubles(a, s.nx);
     if (!a->base) return;
+    for (int k = 0; s.ni && k < s.lanes; ++k) m->known_lanes[(ptrdiff_t)(s.width - 1) * s.lanes + k] = 1.0;
     for (int i = 0; i < p->sizes.slots; ++i)
         for (int k = 0; k < s.lanes; ++k) m->terms[(ptrdiff_t)i * s.lanes + k] = isnan(p->fixed[i]) ? 0.0 : p->fixed[i];
     for (int r = 0; r < s.rows; ++r) {

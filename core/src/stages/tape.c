@@ -23,44 +23,53 @@ typedef struct guess_lanes {
 /* Registers hold CHUNK stages, so that decoding an instruction is paid for by several vector operations. */
 #define CHUNK 16
 
-/* Through a local array: a result may take the register of an operand. */
-#define EACH(expression)                             \
-    for (int j = 0; j < width; j += LANES) {         \
-        double result[LANES];                        \
-        for (int l = 0; l < LANES; ++l) {            \
-            const double a = A[j + l], b = B[j + l]; \
-            (void)b;                                 \
-            result[l] = (expression);                \
-        }                                            \
-        copy(R + j, result, LANES);                  \
-    }                                                \
+/* As long as instructions are of one kind: the jump to it is taken once for all. Through a local array: a result may take
+ * the register of an operand. */
+#define EACH(expression)                                                                                       \
+    do {                                                                                                       \
+        double *const R = registers + (ptrdiff_t)code[1] * CHUNK;                                              \
+        const double *const A = registers + (ptrdiff_t)code[2] * CHUNK;                                        \
+        const double *const B = registers + (ptrdiff_t)code[3] * CHUNK;                                        \
+        for (int j = 0; j < width; j += LANES) {                                                               \
+            double result[LANES];                                                                              \
+            for (int l = 0; l < LANES; ++l) {                                                                  \
+                const double a = A[j + l], b = B[j + l];                                                       \
+                (void)b;                                                                                       \
+                result[l] = (expression);                                                                      \
+            }                                                                                                  \
+            copy(R + j, result, LANES);                                                                        \
+        }                                                                                                      \
+        operation = code[0];                                                                                   \
+        code += 4;                                                                                             \
+    } while (code < end && code[0] == operation);                                                              \
     break
-
-/* Registers, and more places, so that any word of the code points to one: of an output or input it is not a register. */
-static int register_places(const rumo_tape *tape) {
-    int last = tape->registers;
-    for (ptrdiff_t i = 0; i < 4 * (ptrdiff_t)tape->length; ++i) last = tape->code[i] > last ? tape->code[i] : last;
-    return last + 1;
-}
 
 static inline double sign_of(double a) { return a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a; }
 
-static inline void run_chunk(const rumo_tape *tape, const guess_lanes *in, int first, const int width, int lanes,
-                             double *restrict registers, double *restrict terms) {
-    const int *code = tape->code;
-    for (int i = 0; i < tape->length; ++i, code += 4) {
-        double *const R = registers + (ptrdiff_t)code[1] * CHUNK;
-        const double *const A = registers + (ptrdiff_t)code[2] * CHUNK, *const B = registers + (ptrdiff_t)code[3] * CHUNK;
+/* The sum of 0 x over all outputs: not 0 where one of them is not finite. */
+static inline double run_chunk(const rumo_tape *tape, const guess_lanes *in, int first, const int width, int lanes,
+                               double *restrict registers, double *restrict terms) {
+    const int *code = tape->code, *const end = code + 4 * (ptrdiff_t)tape->length;
+    double odd[LANES] = {0.0};
+    while (code < end) {
+        int operation;
         switch ((rumo_operation)code[0]) {
         case RUMO_CONSTANT:
-            for (int j = 0; j < width; ++j) R[j] = tape->constants[i];
+            for (int j = 0; j < width; ++j) registers[(ptrdiff_t)code[1] * CHUNK + j] = tape->constants[(code - tape->code) / 4];
+            code += 4;
             break;
         case RUMO_INPUT:
-            copy(R, in->first[code[2]] + code[3] * in->stride[code[2]] + first, width);
+            copy(registers + (ptrdiff_t)code[1] * CHUNK, in->first[code[2]] + code[3] * in->stride[code[2]] + first, width);
+            code += 4;
             break;
-        case RUMO_OUTPUT:
+        case RUMO_OUTPUT: {
+            const double *const A = registers + (ptrdiff_t)code[2] * CHUNK;
             copy(terms + (ptrdiff_t)code[1] * lanes + first, A, width);
+            for (int j = 0; j < width; j += LANES)
+                for (int l = 0; l < LANES; ++l) odd[l] += 0.0 * A[j + l];
+            code += 4;
             break;
+        }
         case RUMO_ASSIGN: EACH(a);
         case RUMO_ADD: EACH(a + b);
         case RUMO_SUB: EACH(a - b);
@@ -107,17 +116,21 @@ static inline void run_chunk(const rumo_tape *tape, const guess_lanes *in, int f
         case RUMO_AND: EACH(a != 0.0 && b != 0.0 ? 1.0 : 0.0);
         case RUMO_OR: EACH(a != 0.0 || b != 0.0 ? 1.0 : 0.0);
         case RUMO_IF_ELSE_ZERO: EACH(a != 0.0 ? b : 0.0);
-        case RUMO_OPERATION_COUNT: break;
+        case RUMO_OPERATION_COUNT: code = end; break;
         }
     }
+    return sum_of_lanes(odd);
 }
 
 #undef EACH
 
-static void evaluate(const rumo_tape *tape, const guess_lanes *in, int lanes, double *registers, double *terms) {
+/* Whether all that it computes is finite. */
+static int evaluate(const rumo_tape *tape, const guess_lanes *in, int lanes, double *registers, double *terms) {
     int first = 0;
-    for (; first + CHUNK <= lanes; first += CHUNK) run_chunk(tape, in, first, CHUNK, lanes, registers, terms);
-    if (first < lanes) run_chunk(tape, in, first, LANES, lanes, registers, terms);
+    double odd = 0.0;
+    for (; first + CHUNK <= lanes; first += CHUNK) odd += run_chunk(tape, in, first, CHUNK, lanes, registers, terms);
+    if (first < lanes) odd += run_chunk(tape, in, first, LANES, lanes, registers, terms);
+    return odd == 0.0;
 }
 
 #define evaluate_inner evaluate

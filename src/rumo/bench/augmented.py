@@ -1,8 +1,9 @@
-"""Models whose state holds the inputs already decided: how acados is told of delay and moves."""
+"""Models whose state holds the inputs already decided: how others are told of delay and moves."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -16,8 +17,20 @@ from rumo.signals import Array
 class Augmented:
     """The model with `memory` decided inputs, in units of their ranges, appended to its state.
 
-    `residual` of x, xdot and u is the implicit differential equation; `step`, with its `jacobian` by (u, x), is one
-    Newton step of implicit Euler from the `guess` of the model's next state.
+    Attributes
+    ----------
+    x, xdot, u, guess
+        Symbols: the augmented state (nz,), its slope and the input decided; the model's next state (nx,).
+    residual
+        Of the implicit differential equation in x, xdot and u (nz,).
+    defect
+        What `guess` lacks of satisfying implicit Euler's equations (nx,).
+    decided
+        The inputs of the next augmented state (memory * nu,).
+    outputs, rows
+        What is tracked (ny,), and path constraints less their limits, of x.
+    memory : int
+        Number of inputs in the state.
     """
 
     x: Any
@@ -25,11 +38,26 @@ class Augmented:
     u: Any
     guess: Any
     residual: Any
-    step: Any
-    jacobian: Any
+    defect: Any
+    decided: Any
     outputs: Any
     rows: list[Any]
     memory: int
+
+    @cached_property
+    def _inverse(self) -> Any:
+        return _inverse(ca.jacobian(self.defect, self.guess))
+
+    @property
+    def step(self) -> Any:
+        """The next state (nz,): one Newton step of implicit Euler from the guess, eliminated by hand."""
+        return ca.vertcat(self.guess - self._inverse @ self.defect, self.decided)
+
+    @property
+    def jacobian(self) -> Any:
+        """The derivatives of `step` by (u, x) before the Newton step."""
+        ux = ca.vertcat(self.u, self.x)
+        return ca.vertcat(-self._inverse @ ca.jacobian(self.defect, ux), ca.jacobian(self.decided, ux))
 
 
 def augment(problem: Problem) -> Augmented:
@@ -50,17 +78,13 @@ def augment(problem: Problem) -> Augmented:
     inputs = ca.vertcat(x[nx:] - dt * xdot[nx:], u)
     residual = ca.vertcat(xdot[:nx] - model.f(x[:nx], held(inputs), p), (x[nx:] - inputs[nu:]) / dt)
     inputs = ca.vertcat(x[nx:], u)
-    ux = ca.vertcat(u, x)
     defect = guess - x[:nx] - dt * model.f(guess, held(inputs), p)
-    inverse = _inverse(ca.jacobian(defect, guess))
-    step = ca.vertcat(guess - inverse @ defect, inputs[nu:])
-    jacobian = ca.vertcat(-inverse @ ca.jacobian(defect, ux), ca.jacobian(inputs[nu:], ux))
 
     previous = scale * x[nx : nx + nu] if past else ca.DM.zeros(nu)
     values = ca.Function("values", [model.x, model.u, model.p], [expressions])(x[:nx], previous, p)
     ny = len(problem.output_rows)
     rows = ca.vertsplit(values)[ny:]
-    return Augmented(x, xdot, u, guess, residual, step, jacobian, values[:ny], rows, memory)
+    return Augmented(x, xdot, u, guess, residual, defect, inputs[nu:], values[:ny], rows, memory)
 
 
 def _inverse(matrix: Any) -> Any:

@@ -20,3 +20,9 @@ def record(scenario: str, horizon: int, steps: int) -> Recording:
     """Drive a scenario of `SCENARIOS` with the real-time iteration for a number of samples."""
     study = replace(SCENARIOS[scenario], horizon=horizon, duration=steps * SAMPLING_TIME)
     return recorded(study.problem(), study.run()["rti"], study.path)
+
+
+def shortened(recording: Recording, steps: int) -> Recording:
+    """Its first samples."""
+    told = {name: getattr(recording, name)[:steps] for name in ("x", "reference", "applied")}
+    return replace(recording, **told)

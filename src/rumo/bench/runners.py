@@ -1,157 +1,156 @@
-"""Controllers replaying a recording; each runner returns times of preparation and feedback (n, 2) in microseconds."""
+"""What can be measured, by name: each runner is made for a recording and replays it."""
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager
-from functools import lru_cache, partial
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from importlib.util import find_spec
 from time import perf_counter_ns
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
+import casadi as ca
 import numpy as np
 
-from rumo.controllers import Controller, DirectNlp, RealTimeIteration
+from rumo.bench.acados import available as acados_available
+from rumo.controllers import DirectNlp, RealTimeIteration
 from rumo.discretization import Discretization
 from rumo.problem import Problem
 from rumo.signals import Array
 from rumo.simulation.replay import Recording
 
-if TYPE_CHECKING:
-    from rumo.bench.acados import AcadosRti
 
-ROUNDS = 5
-"""Replays; the controllers take turns, so that the machine's moods meet all of them."""
-FAST = ("rti", "rti-python", "rti-tailored", "rti-portable")
-LAPS, LAP_SECONDS = 5, 0.5
-"""Controllers whose replay is over in a moment take as many turns in each round, unless a turn of all takes longer."""
-SLOW = ("rti-reference", "nlp")
-SLOW_STEPS = 500
-"""Samples that slow controllers replay at most, and once."""
-MANY_SUBSTEPS = 50
-"""With more substeps a scheme is slow too."""
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a replay.
+
+    Attributes
+    ----------
+    times : ndarray, shape (n, 2)
+        Of preparation and feedback [us].
+    commands : ndarray, shape (n, nu), optional
+        In units of the inputs' ranges, if they are another solver's.
+    failed : int
+        Samples that were not solved.
+    remark : str
+        What the reader should know, such as the QP solver.
+    """
+
+    times: Array
+    commands: Array | None = None
+    failed: int = 0
+    remark: str = ""
 
 
-def _core(recording: Recording, backend: str, scheme: Discretization | None = None) -> Array:
+Runner = Callable[[Recording], Outcome]
+"""Replays a recording, from nothing to its last sample."""
+
+
+class Stepped(Protocol):
+    """What is called from Python, sample by sample."""
+
+    applied: Any
+
+    def reset(self) -> None:
+        """Forget everything."""
+        ...
+
+    def prepare(self) -> None:
+        """All that needs no measurement."""
+        ...
+
+    def feedback(self, x: Array, reference: Array, /) -> Any:
+        """The rest."""
+        ...
+
+
+def core(recording: Recording, backend: str = "auto", scheme: Discretization | None = None) -> Runner:
     """The C core by itself: the loop over samples is in C, and so is the clock."""
     controller = RealTimeIteration(recording.problem, scheme, backend=backend)
     if controller.backend == "reference":
-        return _python(controller, recording)
-    steps = SLOW_STEPS if scheme and scheme.substeps > MANY_SUBSTEPS else len(recording)
-    times = controller.replay(recording.x[:steps], recording.reference[:steps], recording.applied[:steps])
-    return 1e6 * times[:, 1:]
+        return python(recording, lambda problem: RealTimeIteration(problem, scheme, backend="reference"))
+
+    def run(told: Recording) -> Outcome:
+        controller.reset()
+        return Outcome(1e6 * controller.replay(told.x, told.reference, told.applied)[:, 1:])
+
+    return run
 
 
-def _python(controller: Controller, recording: Recording, steps: int | None = None) -> Array:
+def python(recording: Recording, make: Callable[[Problem], Stepped]) -> Runner:
     """What a caller in Python waits for."""
-    times = np.zeros((min(steps or len(recording), len(recording)), 2))
-    for i in range(len(times)):
-        controller.applied = recording.applied[i]
-        start = perf_counter_ns()
-        controller.prepare()
-        middle = perf_counter_ns()
-        controller.feedback(recording.x[i], recording.reference[i])
-        times[i] = middle - start, perf_counter_ns() - middle
-    return 1e-3 * times
+    controller = make(recording.problem)
 
-
-@lru_cache(maxsize=8)
-def _acados_solver(problem: Problem, solver: str, integrator: str) -> AcadosRti:
-    """Generating and compiling its code takes acados some ten seconds: once for all replays."""
-    from rumo.bench.acados import AcadosRti
-
-    return AcadosRti(problem, solver, integrator)
-
-
-def _acados(recording: Recording, integrator: str) -> Array:
-    """The better of acados' two usual QP solvers, by its own clock."""
-    best: Array | None = None
-    for solver in ("FULL_CONDENSING_DAQP", "PARTIAL_CONDENSING_HPIPM"):
-        controller = _acados_solver(recording.problem, solver, integrator)
-        controller.reset(recording.x[0])
-        times = np.zeros((len(recording), 2))
-        for i in range(len(recording)):
-            controller.applied = recording.applied[i]
-            controller.prepare()
-            controller.feedback(recording.x[i], recording.reference[i])
-            times[i] = controller.times_us
-        if best is None or np.median(times.sum(axis=1)) < np.median(best.sum(axis=1)):
-            best = times
-    assert best is not None
-    return best
-
-
-Runner = Callable[[Recording], Array]
-
-RUNNERS: dict[str, Runner] = {
-    "rti": lambda recording: _core(recording, "auto"),
-    "rti-python": lambda recording: _python(RealTimeIteration(recording.problem), recording),
-    "rti-tailored": lambda recording: _core(recording, "tailored"),
-    "rti-portable": lambda recording: _core(recording, "portable"),
-    "rti-reference": lambda r: _python(RealTimeIteration(r.problem, backend="reference"), r, SLOW_STEPS),
-    "nlp": lambda recording: _python(DirectNlp(recording.problem), recording, SLOW_STEPS),
-    "acados": lambda recording: _acados(recording, "IRK"),
-    "acados-discrete": lambda recording: _acados(recording, "DISCRETE"),
-}
-"""By name: the default backend (`rti`), the same as called from Python, each backend, IPOPT, and acados: with its own
-implicit integrator, and with a Newton step that was eliminated by hand."""
-
-
-def available() -> list[str]:
-    """Names of the runners that work here."""
-    acados = find_spec("acados_template") is not None
-    return [name for name in RUNNERS if acados or not name.startswith("acados")]
-
-
-def measure(
-    recording: Recording,
-    names: list[str],
-    schemes: Mapping[str, Discretization] | None = None,
-    replays: dict[str, list[Array]] | None = None,
-) -> dict[str, Array]:
-    """Times of each runner in microseconds: each sample's median over the replays.
-
-    Schemes are run by the default backend, under their own names. `replays` is filled on the way, for whoever wants to
-    know of a measurement that is interrupted.
-    """
-    runners = {name: RUNNERS[name] for name in names}
-    slow: set[str] = set(SLOW)
-    fast: set[str] = set(FAST)
-    for name, scheme in (schemes or {}).items():
-        runners[name] = partial(_core, backend="auto", scheme=scheme)
-        (slow if scheme.substeps > MANY_SUBSTEPS else fast).add(name)
-    replays = {} if replays is None else replays
-    quick, others = [name for name in runners if name in fast], [name for name in runners if name not in fast]
-    for turn in range(ROUNDS):
-        for _ in range(LAPS):
+    def run(told: Recording) -> Outcome:
+        times = np.zeros((len(told), 2))
+        controller.reset()
+        for i in range(len(told)):
+            controller.applied = told.applied[i]
             start = perf_counter_ns()
-            _take_turns({name: runners[name] for name in quick}, recording, replays)
-            if perf_counter_ns() - start > 1e9 * LAP_SECONDS:
-                break
-        _take_turns({name: runners[name] for name in others if turn == 0 or name not in slow}, recording, replays)
-    medians = summed_up(replays)
-    return {name: medians[name] for name in runners}
+            controller.prepare()
+            middle = perf_counter_ns()
+            controller.feedback(told.x[i], told.reference[i])
+            times[i] = middle - start, perf_counter_ns() - middle
+        return Outcome(1e-3 * times)
+
+    return run
 
 
-def summed_up(replays: Mapping[str, list[Array]]) -> dict[str, Array]:
-    """Each sample's median over the replays, of each runner."""
-    return {name: np.median(times, axis=0) for name, times in replays.items()}
+def acados(recording: Recording, integrator: str) -> Runner:
+    """The solver of acados in a loop in C, with the QP solver that is the fastest on this drive."""
+    from rumo.bench.acados.choice import BestAcados  # compiles; most never need it
+
+    best = BestAcados(recording, integrator)
+
+    def run(told: Recording) -> Outcome:
+        replay = best.replay(told)
+        return Outcome(1e6 * replay.times, replay.commands, int(np.sum(replay.statuses != 0)), best.chosen)
+
+    return run
 
 
-def _take_turns(runners: Mapping[str, Runner], recording: Recording, replays: dict[str, list[Array]]) -> None:
-    for name, run in runners.items():
-        with _quiet():
-            times = run(recording)
-        replays.setdefault(name, []).append(times)
+def casadi(recording: Recording, qp_solver: str, **settings: Any) -> Runner:
+    """One SQP iteration of CasADi, called from Python."""
+    from rumo.bench.rivals import CasadiSqp  # only when asked for: it compiles
+
+    return python(recording, partial(CasadiSqp, qp_solver=qp_solver, **settings))
 
 
-@contextmanager
-def _quiet() -> Generator[None]:
-    """Collect garbage before, not within, what is measured."""
-    gc.collect()
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()
+def do_mpc(recording: Recording) -> Runner:
+    """The nonlinear program by do-mpc, called from Python."""
+    from rumo.bench.rivals.do_mpc import DoMpc  # only when asked for: it takes half a second
+
+    return python(recording, DoMpc)
+
+
+RUNNERS: dict[str, Callable[[Recording], Runner]] = {
+    "rti": core,
+    "rti-python": lambda recording: python(recording, RealTimeIteration),
+    "rti-tailored": lambda recording: core(recording, "tailored"),
+    "rti-portable": lambda recording: core(recording, "portable"),
+    "rti-reference": lambda recording: core(recording, "reference"),
+    "nlp": lambda recording: python(recording, DirectNlp),
+    "acados": lambda recording: acados(recording, "IRK"),
+    "acados-lifted": lambda recording: acados(recording, "LIFTED_IRK"),
+    "acados-discrete": lambda recording: acados(recording, "DISCRETE"),
+    "casadi-hpipm": lambda recording: casadi(recording, "hpipm"),
+    "casadi-osqp": lambda recording: casadi(recording, "osqp"),
+    "do-mpc": do_mpc,
+    "casadi-osqp-wide": lambda recording: casadi(recording, "osqp", compiled=False, rho=10.0),
+}
+"""By name: the default backend (`rti`), the same as called from Python, each backend, IPOPT; acados with its own
+implicit integrators, and with a Newton step that was eliminated by hand; of pip alone, CasADi's SQP method, do-mpc."""
+
+USUAL = ("rti", "rti-python", "rti-portable", "rti-reference", "nlp", "acados", "acados-discrete")
+"""Measured if nobody says which."""
+COMPILED = ("rti", "rti-portable", "acados", "acados-discrete")
+"""In a sweep: loops in C alone."""
+
+
+def installed(name: str) -> bool:
+    """Whether what a runner needs is here."""
+    if name.startswith("casadi-"):
+        return ca.has_conic(name.split("-")[1])
+    if name == "do-mpc":
+        return find_spec("do_mpc") is not None
+    return acados_available() if name.startswith("acados") else True

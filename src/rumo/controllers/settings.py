@@ -49,10 +49,11 @@ class QpOptions:
     Parameters
     ----------
     max_iterations : int
-        Changes of the working set in the C core, interior-point iterations of the reference; needing more is
-        `Status.BUDGET_EXCEEDED`.
+        Changes of the working set in the C core, interior-point iterations of the reference, which takes 200 at most;
+        needing more is `Status.BUDGET_EXCEEDED`.
     tolerance : float
-        Accuracy of constraints (C core) or of all optimality conditions (reference), in units of the ranges.
+        Accuracy of constraints (C core), or of the interior point that Newton's method starts from (reference), in
+        units of the ranges.
     time_limit : float
         For a QP [s], in the C core only; reaching it is `Status.BUDGET_EXCEEDED`. A finite limit makes results depend
         on the machine.

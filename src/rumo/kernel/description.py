@@ -33,6 +33,8 @@ class StageProgram:
         Slot of the first nonzero of each of `VECTORS` and `MATRICES`.
     positions : mapping of str to (row, column) pairs
         Structural nonzeros of each of `MATRICES`, sorted by rows.
+    samples : ndarray, shape (points, nw, nw)
+        M at some points where the model may be.
     """
 
     tape: Tape
@@ -40,6 +42,7 @@ class StageProgram:
     fixed: Array
     first: Mapping[str, int]
     positions: Mapping[str, Positions]
+    samples: Array
 
 
 @dataclass(frozen=True)
@@ -128,7 +131,8 @@ def describe(stage: StageProgram, sizes: Mapping[str, int], values: Mapping[str,
         description |= {f"{name}_first": stage.first[name], f"{name}_count": len(places)}
     description |= {f"{name}_first": stage.first[name] for name in VECTORS}
     rows, nx = sizes["states"] + sizes["algebraic"], sizes["states"]
-    elimination = eliminate(stage.first, stage.positions, rows + sizes["inner"], nx, sizes["inputs"])
+    unknowns = rows + sizes["inner"]
+    elimination = eliminate(stage.first, stage.positions, unknowns, nx, sizes["inputs"], stage.samples)
     places = list(zip(elimination["elimination_row"].tolist(), elimination["elimination_column"].tolist(), strict=True))
     composition = compose(places if sizes["substeps"] > 1 else [], nx, rows)
     description |= elimination | composition

@@ -1,10 +1,13 @@
-"""The order in which a step's unknowns are solved for, and how steps are put together, from sparsity patterns alone."""
+"""The order in which a step's unknowns are solved for, and how steps are put together."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+
+from rumo.kernel.pivots import pivot_order
+from rumo.signals import Array
 
 Positions = Sequence[tuple[int, int]]
 """(row, column) of the structural nonzeros of a matrix, sorted by rows."""
@@ -28,7 +31,12 @@ def triangular_blocks(pattern: np.ndarray) -> list[list[int]]:
 
 
 def eliminate(
-    first: Mapping[str, int], positions: Mapping[str, Positions], unknowns: int, states: int, inputs: int
+    first: Mapping[str, int],
+    positions: Mapping[str, Positions],
+    unknowns: int,
+    states: int,
+    inputs: int,
+    samples: Array,
 ) -> dict[str, np.ndarray]:
     """Tables of `rumo_elimination` for `M dw = A0 dx + B du + defect`.
 
@@ -40,6 +48,8 @@ def eliminate(
         Nonzeros of M, A0 and B.
     unknowns, states, inputs : int
         Sizes nw, nx and nu.
+    samples : ndarray, shape (points, nw, nw)
+        M at some points, for the order of pivots inside the blocks.
     """
     constant = states + inputs
     m_at = {place: first["M"] + e for e, place in enumerate(positions["M"])}
@@ -63,28 +73,49 @@ def eliminate(
     load: list[tuple[int, int]] = []
     update: list[tuple[int, int, int]] = []
     store: list[tuple[int, int]] = []
+    lower: list[int] = []
+    upper: list[int] = []
     counts: list[list[int]] = []
+    pivots: list[tuple[int, int, int]] = []
     for block in blocks:
         m, reaching = len(block), columns[block[0]]
         before = len(load), len(update), len(store)
-        for i, row in enumerate(block):
-            place = {column: i * (m + len(reaching) + 1) + m + j for j, column in enumerate(reaching)}
-            load += [(m_at[row, s], place[reaching[0]] - m + j) for j, s in enumerate(block) if (row, s) in m_at]
-            load += [(slot, place[column]) for column, slot in sorted(right[row].items())]
-            for s in sorted(s for r, s in m_at if r == row and s not in block):
-                update += [(m_at[row, s], result[s, column], place[column]) for column in columns[s]]
-            store += [(place[column], result[row, column]) for column in reaching]
+        inside = np.ix_(block, block)
+        order = pivot_order(pattern[inside], samples[:, inside[0], inside[1]])
+        rows, solved = ([block[i] for i in part] for part in order)
+        nonzero = np.zeros((m, m + len(reaching) + 1), dtype=bool)
+        for i, (row, unknown) in enumerate(zip(rows, solved, strict=True)):
+            start = i * nonzero.shape[1]
+            place = {column: start + m + j for j, column in enumerate(reaching)}
+            own = [(m_at[row, s], start + j) for j, s in enumerate(solved) if (row, s) in m_at]
+            own += [(slot, place[column]) for column, slot in sorted(right[row].items())]
+            others = sorted(s for r, s in m_at if r == row and s not in block)
+            known = [(m_at[row, s], result[s, column], place[column]) for s in others for column in columns[s]]
+            nonzero.flat[[at for *_, at in (*own, *known)]] = True
+            load += own
+            update += known
+            store += [(place[column], result[unknown, column]) for column in reaching]
+        for p, row in enumerate(rows):
+            below, across = np.flatnonzero(nonzero[p + 1 :, p]) + p + 1, np.flatnonzero(nonzero[p, p + 1 :]) + p + 1
+            nonzero[np.ix_(below, across)] = True
+            pivots.append((row, len(below), len(across)))
+            lower += below.tolist()
+            upper += across.tolist()
         added = [len(entries) - start for entries, start in zip((load, update, store), before, strict=True)]
         counts.append([m, len(reaching), *added])
 
-    sizes = _table(counts, 5)
+    sizes, of_pivots = _table(counts, 5), _table(pivots, 3)
     return {
         "elimination_size": sizes[:, 0].copy(),
         "elimination_width": sizes[:, 1].copy(),
         "elimination_loads": sizes[:, 2].copy(),
         "elimination_updates": sizes[:, 3].copy(),
         "elimination_stores": sizes[:, 4].copy(),
-        "elimination_unknowns": np.array([s for block in blocks for s in block], dtype=np.int32),
+        "elimination_unknowns": of_pivots[:, 0].copy(),
+        "elimination_below": of_pivots[:, 1].copy(),
+        "elimination_across": of_pivots[:, 2].copy(),
+        "elimination_lower": np.array(lower, dtype=np.int32),
+        "elimination_upper": np.array(upper, dtype=np.int32),
         "elimination_load": _table(load, 2),
         "elimination_update": _table(update, 3),
         "elimination_store": _table(store, 2),

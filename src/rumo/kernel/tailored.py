@@ -26,6 +26,7 @@ from platformdirs import user_cache_path
 from rumo.kernel._core import __file__ as extension
 from rumo.kernel._core import build as build_name
 from rumo.kernel.description import Description
+from rumo.kernel.straight import composition_source, elimination_source
 
 logger = logging.getLogger("rumo")
 
@@ -73,7 +74,7 @@ def tailored(description: Description, solver: str | None = None) -> Build:
     """
     try:
         sources = _sources(description, solver)
-        command = _compiler()
+        command = compiler()
         name = _fingerprint(sources, command)
         if name in _hopeless:
             raise CompilerError(_hopeless[name])
@@ -123,12 +124,21 @@ def _sources(description: Description, solver: str | None = None) -> tuple[str, 
 {f'#define RUMO_SOLVER "{solver}"' if solver else ""}
 #include "core.c"
 """,
-        description.tape.source("evaluate", description.sizes[0])
-        + description.inner_tape.source("evaluate_inner", description.sizes[0]),
+        model_source(description),
     )
 
 
-def _compiler() -> tuple[str, ...]:
+def model_source(description: Description) -> str:
+    """The file RUMO_EVALUATE of core.c: the model, how its unknowns are eliminated, and substeps put together."""
+    horizon = description.sizes[0]
+    tapes = {"evaluate": description.tape, "evaluate_inner": description.inner_tape}
+    functions = [tape.source(name, horizon) for name, tape in tapes.items()]
+    functions.append(elimination_source(description.values, "eliminate_in_order", horizon))
+    functions.append(composition_source(description.values, "compose_in_code", horizon))
+    return "".join(functions)
+
+
+def compiler() -> tuple[str, ...]:
     """The command that compiles C: $CC, cc, gcc or clang, else Zig's if the package ziglang is installed."""
     named = os.environ.get("CC")
     if named:

@@ -152,9 +152,10 @@ static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_setting
         *conflict = impossible;
         return result;
     }
-    const int definite = factorize(n, q->ld, p->hessian, p->factor, p->inverse, p->transpose);
+    const double share = factorize(n, q->ld, p->hessian, p->factor, p->inverse, p->transpose);
     result.factor_seconds = seconds_now() - start;
-    if (!definite) return result;
+    if (share == 0.0) return result;
+    set_fine(q, share);
     start = seconds_now();
     renew_members(q, as_it_is);
     drop_unlimited(q);

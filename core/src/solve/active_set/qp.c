@@ -43,6 +43,9 @@ static int most_violated(const qp *q, int first, double *violated_by) {
     return found;
 }
 
+/* A distance in units of v that no one notices. */
+#define UNNOTICED 1e-10
+
 /* A step of the multipliers along a direction, and the member that stops it (-1: none). */
 typedef struct dual_step {
     double length;
@@ -79,7 +82,10 @@ static dual_step longest_step(const qp *q, const double *direction, double sign,
         }
         double reached = (limit - q->mu[i]) / p;
         if (reached < 0.0) reached = 0.0;
-        if ((length - reached) * size <= 1e-13 * greatest) continue; /* beyond its end, but by rounding */
+        /* Beyond its end, but by rounding; of a multiplier next to much larger ones, one that no one would notice. */
+        const double beyond = (length - reached) * size;
+        const int own = beyond <= 1e-13 * larger(fabs(q->mu[i]), fabs(limit)) * q->norm[row];
+        if (beyond <= 1e-13 * greatest && (own || pull(q, i, (length - reached) * p) < UNNOTICED)) continue;
         if (!(reached < length) || reached > step.length) continue;
         /* Among ties, the largest entry is the safest to take out. */
         const int tie = step.blocking >= 0 && reached == step.length;

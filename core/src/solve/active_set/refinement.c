@@ -7,6 +7,8 @@
 /* Relative residuals of the optimality conditions: those that need no refinement, and the most that a solution has. */
 #define FINE 1e-12
 #define ACCEPTABLE 1e-6
+/* Of a Hessian whose variables leave each other less than this share of their curvature, no residual shows how far off v is. */
+#define SHARP 1e-6
 /* A step of refinement that a solution may be off by, in units of v. */
 #define TRUSTED 1e-7
 /* A distance in units of v that no rounding explains, after refinement. */
@@ -24,7 +26,7 @@ static double refine(qp *q) {
         largest = larger(largest, soft > 0.0 ? smaller(distance, fabs(off[i] / (soft * q->mu[i]))) : distance);
     }
     q->last_step = 0.0;
-    if (!(largest > FINE) || !isfinite(largest)) return largest;
+    if (!(largest > q->fine) || !isfinite(largest)) return largest;
 
     /* [H A'; A -E] (dv, dmu) = -(slope, off), in the coordinates of w */
     for (int j = 0; j < q->ld; ++j) step[j] = -step[j];
@@ -38,10 +40,13 @@ static double refine(qp *q) {
     return largest;
 }
 
+/* What is left of curvatures, see factorise.c, says from when on residuals have to be refined. */
+static inline void set_fine(qp *q, double share) { q->fine = share < SHARP ? 0.0 : FINE; }
+
 /* Refine until there is nothing left to gain. */
 static void polish(qp *q) {
     q->kkt_residual = refine(q);
-    for (int i = 0; i < 20 && q->kkt_residual > FINE; ++i) {
+    for (int i = 0; i < 20 && q->kkt_residual > q->fine; ++i) {
         const double before = q->kkt_residual;
         q->kkt_residual = refine(q);
         if (!(q->kkt_residual < 0.9 * before)) break;
@@ -53,17 +58,18 @@ static int is_trusted(const qp *q) { return q->kkt_residual < ACCEPTABLE && q->l
 
 /* The member whose multiplier refinement has carried farthest out of its range, or -1. */
 static int astray(const qp *q, int *at_l1) {
-    double worst = 0.0, scale = 0.0;
+    double worst = 0.0;
     int found = -1;
-    for (int i = 0; i < q->count; ++i) scale = larger(scale, fabs(q->mu[i]) * q->norm[q->member[i]]);
     for (int i = 0; i < q->count; ++i) {
         const int row = q->member[i], state = q->state[row];
         const double below = state == AT_UPPER ? -q->mu[i] : state == GIVING ? q->l1[row] - q->mu[i] : -INFINITY;
         const double above = state == AT_UPPER ? q->mu[i] - q->l1[row] : state == AT_LOWER ? q->mu[i] : -INFINITY;
         /* A row that gives way shows in its value what its multiplier may hide. */
         const int inside = state == GIVING && (q->upper[row] - q->value[row]) * q->weight[row] > DISTINCT;
-        const double excess = larger(below, above) * q->norm[row];
-        if (!(excess > worst && (inside || excess > 1e-9 * scale))) continue;
+        const double beyond = larger(below, above), excess = pull(q, i, larger(beyond, 0.0));
+        const double end = state == GIVING || (state == AT_UPPER && above > below) ? q->l1[row] : 0.0;
+        const double own = larger(fabs(q->mu[i]), end);
+        if (!(excess > worst && (inside || (beyond > 1e-9 * own && excess > DISTINCT)))) continue;
         worst = excess;
         found = i;
         *at_l1 = state == GIVING || (state == AT_UPPER && above > below);

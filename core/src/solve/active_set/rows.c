@@ -33,8 +33,8 @@ typedef struct qp_space {
     double (*correct)(struct qp *, const double *step);
     /* m = U'^-1 a of the row at a position of the working set, and its value at w = 0; 0 if no variable moves the row. */
     int (*transform)(struct qp *, int position);
-    /* U'^-1 times the slope of the Lagrangian; returns the largest slope, relative to the forces that are balanced there or to
-     * what it takes to move a variable by a millionth. */
+    /* U'^-1 times the slope of the Lagrangian; returns the largest slope, relative to the forces that are balanced there (along
+     * the same input, over the horizon) or to what it takes to move a variable by a millionth. */
     double (*slope)(struct qp *, double *rest);
     /* Sum of |entries| of a combination of members, as a row over v. */
     double (*size_of)(struct qp *, const double *parts, int members);
@@ -53,7 +53,7 @@ typedef struct qp {
     int count;             /* members of the working set */
     int *member, *place;   /* row of each; where its m lies */
     double *mu, *moved, *L, *D;
-    double *base;          /* by place: the row's value at w = 0 */
+    double *base, *whole;  /* by place: the row's value at w = 0; m'm + compliance */
     int pending;           /* 1 while the row at position `count` waits to join */
     int settled;           /* members at the front that are where their multipliers want them, but for rounding */
     int delicate;          /* whether rows nearly depend on each other, and rounding matters */
@@ -62,6 +62,7 @@ typedef struct qp {
     double *direction, *trial, *spare; /* scratch: of multipliers, */
     double *shift, *residual;          /* and of variables */
     int *conflict, conflicts, *scratch;
+    double fine;           /* residual of the optimality conditions that needs no refinement */
     double tolerance;      /* of a row, in units of v */
     double kkt_residual, last_step; /* of the solution; how far refinement moved it: see refinement.c */
     int iterations;
@@ -86,6 +87,7 @@ RARE static void alloc_qp(arena *a, qp *q, const qp_space *space, int n, int row
     q->conflict = alloc_ints(a, q->capacity);
     q->scratch = alloc_ints(a, q->capacity);
     q->base = alloc_doubles(a, q->capacity);
+    q->whole = alloc_doubles(a, q->capacity);
     q->moved = alloc_doubles(a, (ptrdiff_t)q->capacity * q->ld);
     q->L = alloc_doubles(a, (ptrdiff_t)q->capacity * q->stride);
     double **const per_member[] = {&q->mu, &q->D, &q->direction, &q->trial, &q->spare};
@@ -106,6 +108,11 @@ static void watch(qp *q, int row, row_state state) {
     q->state[row] = (int)state;
     q->floor[row] = state == INACTIVE ? q->lower[row] : state == SATURATED ? q->upper[row] : -INFINITY;
     q->ceiling[row] = state == INACTIVE ? q->upper[row] : INFINITY;
+}
+
+/* How far a member's value would move, in units of v, if its multiplier changed by so much and no other did. */
+static inline double pull(const qp *q, int position, double change) {
+    return fabs(change) * q->whole[q->place[position]] * q->weight[q->member[position]];
 }
 
 static inline double compliance(const qp *q, int row) { return q->state[row] == GIVING ? 0.5 / q->l2[row] : 0.0; }

@@ -87,6 +87,7 @@ static int extend(qp *q, int position) {
     solve_lower(q, 0, position, ell);
     const double whole = dot(m, m, q->ld) + compliance(q, q->member[position]);
     double pivot = whole;
+    q->whole[q->place[position]] = whole;
     for (int i = 0; i < position; ++i) {
         const double y = ell[i];
         ell[i] = y / q->D[i];

@@ -22,6 +22,7 @@ typedef struct dense {
     double *inputs;                        /* (nb, nu) */
     double *forces;                        /* (N, nc): multipliers */
     double *du_known, *du_slope;           /* (N, nu): of du, what is there at v = 0; (nu,) */
+    double *largest_force;                 /* (nu,): along an input, over the horizon */
     double *lambda, *earlier;              /* (ldx,): the dynamics' multipliers at a stage, and at the one before */
     /* What is being solved. */
     const stage_maps *maps;
@@ -61,6 +62,7 @@ RARE static void dense_lay_out(arena *a, void *self, const rumo_problem *own, co
     d->forces = alloc_doubles(a, s.N * s.nc);
     d->du_known = alloc_doubles(a, s.N * s.nu);
     d->du_slope = alloc_doubles(a, s.nu);
+    d->largest_force = alloc_doubles(a, s.nu);
     d->lambda = alloc_doubles(a, s.ldx);
     d->earlier = alloc_doubles(a, s.ldx);
     d->conflict = (rumo_conflict *)alloc(a, (size_t)d->p.q.capacity * sizeof *d->conflict);

@@ -14,9 +14,11 @@ static inline void subtract_rows(double block[ROWS][LANES], const double *restri
             for (int l = 0; l < LANES; ++l) block[r][l] -= a[r] * rows[l];
 }
 
-/* Cholesky factor U of a Hessian (upper triangle given), the inverse of U' and its transpose; 0 if not definite. */
-static int factorize(int n, int ld, const double *restrict hessian, double *restrict factor, double *restrict inverse,
+/* Cholesky factor U of a Hessian (upper triangle given), the inverse of U' and its transpose. Returns the least share of a
+ * curvature that those of the variables before leave, 0 if it is not definite. */
+static double factorize(int n, int ld, const double *restrict hessian, double *restrict factor, double *restrict inverse,
                      double *restrict transpose) {
+    double least = 1.0;
     for (int first = 0; first < n; first += ROWS) {
         const int rows = n - first < ROWS ? n - first : ROWS, start = first / LANES * LANES;
         for (int j = start; j < ld; j += LANES) {
@@ -40,7 +42,9 @@ static int factorize(int n, int ld, const double *restrict hessian, double *rest
                 axpy(solved, -f, inverse + (ptrdiff_t)p * ld, start + LANES);
             }
             const double pivot = row[k];
-            if (!(pivot > 1e-14 * hessian[(ptrdiff_t)k * ld + k])) return 0;
+            const double whole = hessian[(ptrdiff_t)k * ld + k];
+            if (!(pivot > 1e-14 * whole)) return 0.0;
+            least = pivot < least * whole ? pivot / whole : least;
             const double scale = 1.0 / sqrt(pivot);
             for (int j = start; j < k; ++j) row[j] = 0.0;
             for (int j = start; j < ld; ++j) row[j] *= scale;
@@ -49,7 +53,7 @@ static int factorize(int n, int ld, const double *restrict hessian, double *rest
             for (int j = 0; j <= k; ++j) transpose[(ptrdiff_t)j * ld + k] = solved[j];
         }
     }
-    return 1;
+    return least;
 }
 
 #endif

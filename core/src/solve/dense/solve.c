@@ -124,7 +124,7 @@ static double dense_slope(qp *q, double *rest) {
     const rumo_numbers *numbers = &d->problem->numbers;
     const stage_maps *m = d->maps;
     const double *u = m->guess_values, *last = d->known->decided + (decided_inputs(&s) - 1) * s.nu, *v = d->p.v;
-    double *restrict slope = d->p.sum, size = 0.0;
+    double *restrict slope = d->p.sum, *restrict force_along = d->largest_force, worst = 0.0;
     dense_advance(d);
     zero(slope, s.ld);
     zero(d->forces, s.N * s.nc);
@@ -137,14 +137,16 @@ static double dense_slope(qp *q, double *rest) {
             d->forces[r - q->first_soft] = q->l1[r];
             --left;
         }
-    size = largest_size(slope, s.ld);
+    zero(force_along, s.nu);
+    for (int i = 0; i < s.n; ++i) force_along[i % s.nu] = larger(force_along[i % s.nu], fabs(slope[i]));
     for (int i = 0; i < s.n; ++i) {
         const double scale = numbers->input_scales[i % s.nu];
         const double move = u[i] + scale * v[i] - (i < s.nu ? last[i] : u[i - s.nu] + scale * v[i - s.nu]);
         const double force = 2.0 * numbers->move_weights[i] * move * scale;
         slope[i] += force;
         if (i >= s.nu) slope[i - s.nu] -= force;
-        size = larger(size, larger(fabs(force), 1e-6 * d->p.hessian[(ptrdiff_t)i * s.ld + i]));
+        const double least = 1e-6 * d->p.hessian[(ptrdiff_t)i * s.ld + i];
+        force_along[i % s.nu] = larger(force_along[i % s.nu], larger(fabs(force), least));
     }
     zero(d->lambda, s.ldx);
     for (int k = s.N - 1; k >= s.d; --k) {
@@ -154,7 +156,8 @@ static double dense_slope(qp *q, double *rest) {
         zero(direct, s.nu);
         for (int r = 0; r < s.ny; ++r) {
             const int i = k * s.ny + r;
-            const double error = linearised(m, d->problem->y_first, r, &m->Cx, &m->Cu, k, dx, du, d->known->reference[i + s.ny]);
+            const double wanted = d->known->reference[i + s.ny];
+            const double error = linearised(m, d->problem->y_first, r, &m->Cx, &m->Cu, k, dx, du, wanted);
             add_gradient(m, &m->Cx, &m->Cu, k, r, 2.0 * numbers->output_weights[i] * error, d->lambda, direct);
         }
         for (int r = 0; r < s.nc; ++r)
@@ -163,7 +166,8 @@ static double dense_slope(qp *q, double *rest) {
         for (int j = 0; j < s.nu; ++j) {
             const double through = dot(stage + (s.nx + j) * s.ldx, d->lambda, s.ldx);
             const double force = (through + direct[j]) * numbers->input_scales[j];
-            size = larger(size, larger(fabs(through), fabs(direct[j])) * numbers->input_scales[j]);
+            const double parts = larger(fabs(through), fabs(direct[j])) * numbers->input_scales[j];
+            force_along[j] = larger(force_along[j], parts);
             act(&s, &d->condensed.held, k, j, force, slope);
         }
         zero(d->earlier, s.ldx);
@@ -172,7 +176,8 @@ static double dense_slope(qp *q, double *rest) {
     }
     zero(rest, s.ld);
     add_transformed(&d->p, slope, s.n, rest);
-    return largest_size(slope, s.ld) / size;
+    for (int i = 0; i < s.n; ++i) worst = larger(worst, fabs(slope[i]) / force_along[i % s.nu]);
+    return worst;
 }
 
 static const qp_space dense_space = {matrix_start,     matrix_evaluate, matrix_correct,

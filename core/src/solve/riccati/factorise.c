@@ -6,6 +6,9 @@
 #include "solve/riccati/node_rows.h"
 #include "solve/riccati/products.h"
 
+/* A difference of squares that leaves less than this share of the first is taken in another way. */
+#define CANCELLED 1e-6
+
 /* P += the curvature of a stage's outputs at its end: 2 Q times the square of each row. */
 static WITHIN void add_stage_cost(const riccati *r, int k, double *restrict P) {
     const dims s = dims_of(&r->problem->sizes);
@@ -26,14 +29,15 @@ static void curve_inputs(riccati *r, const layout *p, const dims *s, int k, cons
     const rumo_numbers *numbers = &r->problem->numbers;
     double *restrict H = r->H, *restrict L = r->factor, *restrict curvature = r->move_curvature + k * s->nu;
     const onto of_v = {0, r->T + p->v * p->ld, r->ones};
-    product(rows + p->B, 1, p->ld, s->nu, r->T, p->ld, p->rows, H, in_fours(p->c), unblocked(s) ? of_v : nothing_else);
+    /* Whole rows, so that nothing is left of what may have been no number. */
+    product(rows + p->B, 1, p->ld, s->nu, r->T, p->ld, p->rows, H, p->ld, unblocked(s) ? of_v : nothing_else);
     for (int j = 0; j < s->nu; ++j) {
         const double scale = numbers->input_scales[j];
         curvature[j] = 2.0 * numbers->move_weights[block_at(s, &r->problem->blocking, k) * s->nu + j] * scale * scale;
         for (int i = 0; i <= j; ++i) L[j * s->nu + i] = H[j * p->ld + p->B + i];
         L[j * s->nu + j] += curvature[j];
         r->q.span += L[j * s->nu + j];
-        r->largest_curvature = larger(r->largest_curvature, L[j * s->nu + j]);
+        r->largest_curvature[j] = larger(r->largest_curvature[j], L[j * s->nu + j]);
     }
     for (int j = 0; j < s->nu; ++j)
         for (int l = 0; l < p->ld; l += VEC) {
@@ -83,6 +87,33 @@ static WITHIN void keep_columns(riccati *r, const layout *p, int rows) {
         }
 }
 
+/* Columns of the closed loop F - G K at a stage, in r->closed (zeta, ld). */
+static void close_loop(riccati *r, const dims *s, const layout *p, int k) {
+    const double *restrict columns = columns_of_stage(r, p, k), *restrict fresh = columns + p->moving * p->ld;
+    const double *restrict gains = r->gains + (ptrdiff_t)k * s->nu * p->ld;
+    double *restrict closed = r->closed;
+    zero(closed, p->zeta * p->ld);
+    for (int i = 0; i < p->moving; ++i) copy(closed + moved_entry(s, i) * p->ld, columns + i * p->ld, p->ld);
+    if (begins(s, &r->problem->blocking, k))
+        product(gains, 1, p->ld, p->zeta, fresh, p->ld, s->nu, closed, p->ld, what_is_there);
+}
+
+/* P as a sum of squares, where its difference of squares cancels: C'P C, with C = F - G K, and what changes of inputs cost
+ * (Joseph). */
+RARE static void square_stage(riccati *r, const dims *s, const layout *p, int k, double *restrict next) {
+    const double *gains = r->gains + (ptrdiff_t)k * s->nu * p->ld;
+    close_loop(r, s, p, k);
+    product(r->closed, p->ld, 1, p->zeta, r->P, p->ld, p->zeta, r->half, p->ld, nothing_else);
+    for (int i = 0; i < p->zeta; ++i)
+        for (int l = 0; l < p->zeta; ++l) r->T[i * p->ld + l] = r->half[l * p->ld + i];
+    product_lower(r->closed, p->ld, 1, 0, p->zeta, r->T, p->ld, p->zeta, next, nothing_else);
+    for (int j = 0; j < s->nu; ++j)
+        for (int a = 0; a < p->zeta; ++a)
+            for (int b = 0; b <= a; ++b)
+                next[a * p->ld + b] += r->move_curvature[k * s->nu + j] * (gains[j * p->ld + a] - r->unit[j * p->ld + a]) *
+                                       (gains[j * p->ld + b] - r->unit[j * p->ld + b]);
+}
+
 /* One stage: from P at its end to P at its beginning, without the cost there; 0 if not definite. */
 static int factorise_stage(riccati *r, int k) {
     const dims s = dims_of(&r->problem->sizes);
@@ -105,9 +136,14 @@ static int factorise_stage(riccati *r, int k) {
     if (!unblocked(&s))
         product_lower(rows + p.v, 1, p.ld, p.v, 2 * s.nu, T, p.ld, p.rows, next + p.v * p.ld, nothing_else);
     if (fresh) {
+        double *restrict before = r->out;
+        for (int i = 0; i < s.nx; ++i) before[i] = next[i * (p.ld + 1)];
         product_lower(r->H, 1, p.ld, 0, p.zeta, gains, p.ld, s.nu, next, what_is_there);
         for (int j = 0; j < s.nu; ++j) next[(p.v + j) * (p.ld + 1)] += r->move_curvature[k * s.nu + j];
         finish_gains(r, &p, s.nu, gains, r->roots + (ptrdiff_t)k * s.nu * s.nu);
+        int cancelled = 0;
+        for (int i = 0; i < s.nx; ++i) cancelled |= next[i * (p.ld + 1)] < CANCELLED * before[i];
+        if (cancelled) square_stage(r, &s, &p, k, next);
     }
     mirror_lower(next, p.zeta, p.ld);
     r->next_P = r->P;
@@ -119,7 +155,8 @@ static int factorise_stage(riccati *r, int k) {
 static int factorise_stages(riccati *r) {
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
-    r->q.span = r->largest_curvature = 0.0;
+    r->q.span = 0.0;
+    zero(r->largest_curvature, s.nu);
     zero(r->P, p.zeta * p.ld);
     for (int k = s.N - 1; k >= s.d; --k) {
         add_stage_cost(r, k, r->P);

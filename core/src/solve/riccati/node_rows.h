@@ -51,10 +51,9 @@ static void mix_node_rows(const dims *s, const stage_maps *m, const sparse *of_u
     }
 }
 
-/* (zeta,) += scale times row i of stage k. */
-static inline void add_node_row(const dims *s, const node_rows *n, int i, int k, double scale, double *restrict row) {
-    (void)s;
-    for (int e = n->start[i]; e < n->start[i + 1]; ++e) row[n->entry[e]] += scale * n->value[e][k];
+/* (zeta,) += row i of stage k. */
+static inline void add_node_row(const node_rows *n, int i, int k, double *restrict row) {
+    for (int e = n->start[i]; e < n->start[i + 1]; ++e) row[n->entry[e]] += n->value[e][k];
 }
 
 /* y += a x, lane by lane. */
@@ -65,12 +64,15 @@ static inline void add_lanes(double *restrict y, const double *restrict a, const
 
 /* y (lanes,) += row i times zeta (zeta, lanes). */
 static inline void add_node_values(const node_rows *n, int i, const double *restrict zeta, int lanes, double *restrict y) {
-    for (int e = n->start[i]; e < n->start[i + 1]; ++e) add_lanes(y, n->value[e], zeta + (ptrdiff_t)n->entry[e] * lanes, lanes);
+    for (int e = n->start[i]; e < n->start[i + 1]; ++e)
+        add_lanes(y, n->value[e], zeta + (ptrdiff_t)n->entry[e] * lanes, lanes);
 }
 
 /* slope (zeta, lanes) += force (lanes,) times row i. */
-static inline void add_node_forces(const node_rows *n, int i, const double *restrict force, int lanes, double *restrict slope) {
-    for (int e = n->start[i]; e < n->start[i + 1]; ++e) add_lanes(slope + (ptrdiff_t)n->entry[e] * lanes, n->value[e], force, lanes);
+static inline void add_node_forces(const node_rows *n, int i, const double *restrict force, int lanes,
+                                   double *restrict slope) {
+    for (int e = n->start[i]; e < n->start[i + 1]; ++e)
+        add_lanes(slope + (ptrdiff_t)n->entry[e] * lanes, n->value[e], force, lanes);
 }
 
 #endif

@@ -13,12 +13,9 @@
 /* The covariance one stage on. */
 static void advance_covariance(riccati *r, const dims *s, const layout *p, int k) {
     const double *restrict columns = columns_of_stage(r, p, k), *restrict fresh = columns + p->moving * p->ld;
-    const double *restrict gains = r->gains + (ptrdiff_t)k * s->nu * p->ld;
     double *restrict closed = r->closed, *restrict half = r->half;
     const int begin = begins(s, &r->problem->blocking, k);
-    zero(closed, p->zeta * p->ld);
-    for (int i = 0; i < p->moving; ++i) copy(closed + moved_entry(s, i) * p->ld, columns + i * p->ld, p->ld);
-    if (begin) product(gains, 1, p->ld, p->zeta, fresh, p->ld, s->nu, closed, p->ld, what_is_there);
+    close_loop(r, s, p, k);
     /* C S C' with the columns of C */
     product(r->covariance, p->ld, 1, p->zeta, closed, p->ld, p->zeta, half, in_fours(p->zeta), nothing_else);
     product(closed, 1, p->ld, p->zeta, half, p->ld, p->zeta, r->covariance, in_fours(p->zeta), nothing_else);

@@ -26,13 +26,13 @@ RARE static void riccati_lay_out(arena *a, void *self, const rumo_problem *own, 
     r->T = alloc_doubles(a, (ptrdiff_t)p.zeta * p.ld);
     r->H = alloc_doubles(a, s.nu * p.ld);
     r->factor = alloc_doubles(a, s.nu * s.nu);
-    double **const by_input[] = {&r->inverse, &r->input_slope};
+    double **const by_input[] = {&r->inverse, &r->input_slope, &r->largest_curvature, &r->largest_force, &r->largest_slope};
     for (size_t i = 0; i < sizeof by_input / sizeof *by_input; ++i) *by_input[i] = alloc_doubles(a, s.nu);
     r->move_curvature = alloc_doubles(a, s.N * s.nu);
     r->zeta_lanes = alloc_doubles(a, p.zeta * lanes);
     r->slope_lanes = alloc_doubles(a, p.zeta * lanes);
-    double **const inputs_by_lanes[] = {&r->change_lanes, &r->moves, &r->former};
-    for (size_t i = 0; i < sizeof inputs_by_lanes / sizeof *inputs_by_lanes; ++i) *inputs_by_lanes[i] = alloc_doubles(a, s.nu * lanes);
+    double **const by_lanes[] = {&r->change_lanes, &r->moves, &r->former};
+    for (size_t i = 0; i < sizeof by_lanes / sizeof *by_lanes; ++i) *by_lanes[i] = alloc_doubles(a, s.nu * lanes);
     r->force = alloc_doubles(a, lanes);
     r->forces = alloc_doubles(a, (2 * s.nu + s.nc) * lanes);
     r->row = alloc_doubles(a, p.ld);
@@ -85,7 +85,7 @@ static void riccati_forget(void *self) {
 /* The row that a member is after the horizon has been prepared again, `shift` stages on. */
 static int riccati_becomes(const qp *q, int row) {
     const riccati *r = (const riccati *)q;
-    const limited_thing of = limited_by(r, row);
+    const stage_limit of = limited_by(r, row);
     const int k = of.k - r->shift;
     if (k < r->s.d || (of.kind == RUMO_PATH_CONSTRAINT && !r->problem->imposed[k * r->s.nc + of.index])) return -1;
     return row - r->shift;
@@ -125,6 +125,7 @@ OUTSIDE static int riccati_prepare(void *self, const stage_maps *m, int shift) {
     mix_node_rows(&s, m, &m->E, r->problem->numbers.input_scales, &r->constraints);
     lay_stages(r, m);
     if (!factorise_stages(r)) return 0;
+    set_fine(&r->q, 1.0);
     refresh_norms(r, r->norms_at < 0 ? s.N - s.d : (s.N - s.d + NORM_SAMPLES - 1) / NORM_SAMPLES);
     r->shift = shift && unblocked(&s) && r->problem->shift.same_rows;
     renew_members(&r->q, riccati_becomes);

@@ -82,10 +82,10 @@ static WITHIN void product_lower(const double *X, ptrdiff_t x_row, ptrdiff_t x_c
     }
 }
 
-/* Fill in the columns right of each four rows' own. */
+/* Make it symmetric to the last bit: what differs would grow as the plant does by itself, not as it does in closed loop. */
 static WITHIN void mirror_lower(double *P, int size, int ld) {
     for (int i = 0; i < size; ++i)
-        for (int j = in_fours(i + 1); j < size; ++j) P[i * ld + j] = P[j * ld + i];
+        for (int j = i + 1; j < size; ++j) P[i * ld + j] = P[j * ld + i];
 }
 
 /* to (ld,) = x Y or, if `add`, that more, for a single row x (count,): in two sums, which do not wait for each other. */

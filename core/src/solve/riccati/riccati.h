@@ -73,7 +73,7 @@ typedef struct riccati {
     double *move_curvature;          /* (N, nu): by change of v, where inputs begin, else 0 */
     double *Pc;                      /* (N + 1, ld): P c at each node */
     double *zeta, *nodes;            /* (N + 1, ld): trajectory; slopes by it */
-    double *zeta_lanes, *slope_lanes;/* (zeta, lanes): the same at the ends of stages */
+    double *zeta_lanes, *slope_lanes; /* (zeta, lanes): the same at the ends of stages */
     node_rows outputs, constraints;
     double *change_lanes, *moves;    /* (nu, lanes): changes of v where inputs begin, and those of the guess */
     double *force, *forces;          /* (lanes,), (rows,): multipliers */
@@ -86,7 +86,7 @@ typedef struct riccati {
     int plain_entries, entry_count;
     double *reach_rows, *reach_next; /* (nx, ld) */
     double *best, *other, *inputs;   /* (nb, nu) */
-    double largest_curvature;        /* along an input */
+    double *largest_curvature, *largest_force, *largest_slope; /* (nu,): along an input, over the horizon */
     int shift, limited;              /* stages by which the working set is taken over; whether changes of inputs are limited */
     free_limits limits;
     const stage_maps *maps;          /* what is being solved */
@@ -94,7 +94,9 @@ typedef struct riccati {
     rumo_conflict *conflict;
 } riccati;
 
-static inline double *rows_of_stage(const riccati *r, const layout *p, int k) { return r->rows + (ptrdiff_t)k * p->rows * p->ld; }
+static inline double *rows_of_stage(const riccati *r, const layout *p, int k) {
+    return r->rows + (ptrdiff_t)k * p->rows * p->ld;
+}
 
 static inline double *columns_of_stage(const riccati *r, const layout *p, int k) {
     return r->columns + (ptrdiff_t)k * p->columns * p->ld;

@@ -6,7 +6,9 @@
 #include "solve/riccati/prepare.c"
 
 /* The last input decided, before the first free one. */
-static const double *last_known(const dims *s, const stage_known *known) { return known->decided + (decided_inputs(s) - 1) * s->nu; }
+static const double *last_known(const dims *s, const stage_known *known) {
+    return known->decided + (decided_inputs(s) - 1) * s->nu;
+}
 
 /* Simulate the stages that are decided, to zeta_d. */
 static void simulate_decided(riccati *r, const stage_maps *m, const stage_known *known, stage_step *step) {
@@ -149,7 +151,7 @@ static void riccati_expand(const riccati *r, stage_step *step) {
 /* Rows of the program as limits of stages. */
 RARE static void riccati_name_conflicts(const riccati *r) {
     for (int i = 0; i < r->q.conflicts; ++i) {
-        const limited_thing of = limited_by(r, r->q.conflict[i]);
+        const stage_limit of = limited_by(r, r->q.conflict[i]);
         r->conflict[i] = (rumo_conflict){of.kind, of.k + 1, of.index};
     }
 }

@@ -1,5 +1,5 @@
-/* The horizon as a program of the active-set method: rows are bounds, changes and constraints of all stages, number k in lane k.
- */
+/* The horizon as a program of the active-set method: rows are bounds, changes and constraints of all stages, that of stage k in
+ * lane k. */
 #ifndef RUMO_SPACE_C
 #define RUMO_SPACE_C
 
@@ -7,26 +7,26 @@
 #include "solve/riccati/sweeps.c"
 
 /* What a row of the program limits: which input or constraint of stage k. */
-typedef struct limited_thing {
+typedef struct stage_limit {
     rumo_limit kind;
     int k, index;
-} limited_thing;
+} stage_limit;
 
-static inline limited_thing limited_by(const riccati *r, int row) {
+static inline stage_limit limited_by(const riccati *r, int row) {
     const int lanes = r->s.lanes, number = row / lanes, k = row % lanes, nu = r->s.nu;
-    if (row >= r->q.first_soft) return (limited_thing){RUMO_PATH_CONSTRAINT, k, number - r->q.first_soft / lanes};
-    return number < nu ? (limited_thing){RUMO_INPUT_BOUND, k, number} : (limited_thing){RUMO_MOVE_BOUND, k, number - nu};
+    if (row >= r->q.first_soft) return (stage_limit){RUMO_PATH_CONSTRAINT, k, number - r->q.first_soft / lanes};
+    return number < nu ? (stage_limit){RUMO_INPUT_BOUND, k, number} : (stage_limit){RUMO_MOVE_BOUND, k, number - nu};
 }
 
 static int riccati_transform(qp *q, int position) {
     riccati *const r = (riccati *)q;
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
-    const limited_thing of = limited_by(r, q->member[position]);
+    const stage_limit of = limited_by(r, q->member[position]);
     const int place = q->place[position], path = of.kind == RUMO_PATH_CONSTRAINT;
     double *pi = r->pi + (ptrdiff_t)place * p.ld, *gamma = r->gamma + place;
     zero(r->row, p.ld);
-    if (path) add_node_row(&s, &r->constraints, of.index, of.k, 1.0, r->row);
+    if (path) add_node_row(&r->constraints, of.index, of.k, r->row);
     else r->row[p.v + of.index] = 1.0;
     const double size = sweep_row(r, of.k, of.kind == RUMO_MOVE_BOUND ? of.index : -1, moved(q, position), pi, gamma);
     if (path && !(size > NO_INFLUENCE * r->problem->numbers.constraint_scales[of.index])) return 0;
@@ -112,11 +112,10 @@ static void riccati_start(qp *q) {
     riccati *const r = (riccati *)q;
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
-    double size = 0.0;
     zero(r->zeta_lanes, p.zeta * s.lanes);
     zero(r->change_lanes, s.nu * s.lanes);
     slope_at_nodes(r, 0);
-    sweep_back(r, 1, q->w, &size);
+    sweep_back(r, 1, q->w);
     for (int i = 0; i < q->ld; ++i) q->w[i] = -q->w[i];
 }
 
@@ -139,10 +138,8 @@ static double riccati_correct(qp *q, const double *step) {
 
 static double riccati_slope(qp *q, double *rest) {
     riccati *const r = (riccati *)q;
-    double size = 1e-6 * r->largest_curvature;
     slope_at_nodes(r, 1);
-    const double largest = sweep_back(r, 0, rest, &size);
-    return largest / size;
+    return sweep_back(r, 0, rest);
 }
 
 static double riccati_size_of(qp *q, const double *parts, int members) {

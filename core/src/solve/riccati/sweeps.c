@@ -30,12 +30,17 @@ static WITHIN double back_stage(const riccati *r, const dims *s, const layout *p
 }
 
 /* U'^-1 of a function's slopes at the nodes d + 1 .. N, as a row over w; with those of the constant terms if `affine`. Returns
- * the largest slope by an input, in closed loop, and *size, the largest part of one. */
-static double sweep_back(riccati *r, int affine, double *restrict m, double *size) {
+ * the largest slope by an input, in closed loop, relative to the largest force along that input or to what it takes to move one
+ * by a millionth. */
+static double sweep_back(riccati *r, int affine, double *restrict m) {
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
-    double *restrict h = r->row, *restrict slope = r->input_slope, largest = 0.0;
+    double *restrict h = r->row, *restrict slope = r->input_slope, *restrict force = r->largest_force,
+                     *restrict largest = r->largest_slope, worst = 0.0;
     zero(h, p.ld);
+    zero(m + r->q.n, r->q.ld - r->q.n);
+    zero(largest, s.nu);
+    for (int j = 0; j < s.nu; ++j) force[j] = 1e-6 * r->largest_curvature[j];
     for (int k = s.N - 1; k >= s.d; --k) {
         const double *restrict node = r->nodes + (ptrdiff_t)(k + 1) * p.ld, *restrict Pc = r->Pc + (ptrdiff_t)(k + 1) * p.ld;
         for (int l = 0; l < p.ld; l += VEC) {
@@ -43,12 +48,13 @@ static double sweep_back(riccati *r, int affine, double *restrict m, double *siz
             if (affine) sum += load(Pc + l);
             store(h + l, sum);
         }
-        for (int j = 0; j < s.nu; ++j) *size = larger(*size, fabs(h[p.v + j]));
+        for (int j = 0; j < s.nu; ++j) force[j] = larger(force[j], fabs(h[p.v + j]));
         back_stage(r, &s, &p, k, h, slope, m);
         if (begins(&s, &r->problem->blocking, k))
-            for (int j = 0; j < s.nu; ++j) largest = larger(largest, fabs(slope[j]));
+            for (int j = 0; j < s.nu; ++j) largest[j] = larger(largest[j], fabs(slope[j]));
     }
-    return largest;
+    for (int j = 0; j < s.nu; ++j) worst = larger(worst, largest[j] / force[j]);
+    return worst;
 }
 
 /* The same for a single row, h at node k + 1, less `before` of v at node k: m, pi and gamma. Returns the size of what the

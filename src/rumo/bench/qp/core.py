@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rumo.controllers.engines.qp import QuadraticProgram
+from rumo.bench.qp.condensed import QuadraticProgram
 from rumo.kernel import Qp, Settings
 from rumo.signals import Array
 from rumo.status import Status

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from rumo.bench.qp.condensed import QuadraticProgram
 from rumo.bench.qp.core import arrays
 from rumo.bench.qp.others import posed
-from rumo.controllers.engines.qp import QuadraticProgram
 from rumo.kernel import Qp, Settings
 from rumo.signals import Array
 

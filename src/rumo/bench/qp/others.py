@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rumo.controllers.engines.qp import QuadraticProgram
+from rumo.bench.qp.condensed import QuadraticProgram
 
 OTHERS = ("daqp", "piqp", "quadprog", "clarabel", "proxqp")
 """Solvers for dense programs."""

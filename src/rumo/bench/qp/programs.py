@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from rumo.bench.qp.condensed import QuadraticProgram, condense
 from rumo.bench.qp.core import CoreQp
 from rumo.controllers import Controller, QpOptions, Settings
 from rumo.controllers.engines.guarded import Guarded
 from rumo.controllers.engines.numpy import NumpyRti
-from rumo.controllers.engines.qp import QuadraticProgram, solve
+from rumo.controllers.engines.qp import Solution, SparseProgram, solve
 from rumo.problem import Problem
-from rumo.signals import Array
 from rumo.simulation.replay import Recording
 from rumo.status import Status
 from rumo.transcription import Transcription
@@ -22,7 +22,7 @@ PROGRAMS = 200
 
 
 class ProgramRecorder(Controller[Settings]):
-    """The reference's real-time iteration, which keeps the programs that it solves in `recorded`."""
+    """The reference's real-time iteration, which keeps the programs that it solves, condensed, in `recorded`."""
 
     name = "rti"
 
@@ -32,8 +32,8 @@ class ProgramRecorder(Controller[Settings]):
         engine = Guarded(NumpyRti(transcription, settings, self._optimize), settings, "reference")
         super().__init__(transcription, engine, settings)
 
-    def _optimize(self, program: QuadraticProgram, options: QpOptions) -> tuple[Array, Status]:
-        self.recorded.append(program)
+    def _optimize(self, program: SparseProgram, options: QpOptions) -> Solution:
+        self.recorded.append(condense(program))
         return solve(program, options)
 
 

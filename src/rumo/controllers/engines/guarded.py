@@ -17,9 +17,9 @@ from rumo.controllers.settings import ControllerSettings
 from rumo.errors import CallOrderError
 from rumo.interrupts import interruptible
 from rumo.kernel import SLACK_TOLERANCE
-from rumo.plan import INTEGRATOR_TOLERANCE, Plan, PlanLayout
+from rumo.plan import INTEGRATOR_TOLERANCE, Outcome, Plan, PlanLayout
 from rumo.signals import Array, Values
-from rumo.status import Status
+from rumo.status import STATUSES, Status
 from rumo.transcription import Transcription
 
 
@@ -203,4 +203,5 @@ class Guarded:
         )
         parts = applied.u, applied.x, constraints, applied.inner[:, : len(problem.model.algebraic)], diagnostics
         numbers = np.concatenate([part.ravel() for part in parts])
-        return Plan(self._layout, numbers, status, cause, self._prepare_time, perf_counter() - start)
+        ranks = STATUSES.index(status), STATUSES.index(cause)
+        return Plan(numbers, Outcome(self._layout, *ranks, self._prepare_time, perf_counter() - start))

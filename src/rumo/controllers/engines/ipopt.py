@@ -12,8 +12,8 @@ import numpy as np
 
 from rumo.controllers.arguments import tracked
 from rumo.controllers.engines.base import Candidate, Method
-from rumo.controllers.engines.numpy import eliminate
 from rumo.controllers.engines.reach import near_reach
+from rumo.controllers.engines.stagewise import eliminate
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.settings import NlpSettings
 from rumo.errors import ArgumentError, RumoError

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import islice
+
 import numpy as np
 
 from rumo.kernel import GATE_STAGES
@@ -9,30 +12,32 @@ from rumo.problem import Problem
 from rumo.signals import Array
 
 
-def reach(A: Array, B: Array, problem: Problem, stage: int) -> Array:
-    """How far the ranges of all free inputs together move each state until a stage of the horizon (nx,).
+def responses(A: Array, B: Array, problem: Problem) -> Iterator[Array]:
+    """What the range of each free input does to the rows of stages 1 to N (rows, n), one stage after the other.
 
     Parameters
     ----------
-    A, B : ndarray, shapes (N, nx, nx), (N, nx, nu)
-        Maps of the stages, see `numpy.eliminate`.
+    A, B : ndarray, shapes (N, rows, nx), (N, rows, nu)
+        Maps of the stages, see `stagewise.eliminate`; rows after the first nx are of other variables.
     problem : Problem
         Ranges, delay and blocks.
-    stage : int
-        1 to N.
-
-    Notes
-    -----
-    O(stage nx^2 (nx + nu)), by one sweep back from the stage.
     """
-    d, nx, shares = problem.delay, A.shape[1], problem.blocks.matrix[:, 1:]
-    to_stage, moved = np.eye(nx), np.zeros((nx, shares.shape[1], B.shape[2]))
-    for k in range(stage - 1, d - 1, -1):
-        moved += shares[k - d][:, None] * (to_stage @ B[k] * problem.input_scales)[:, None]
-        to_stage = to_stage @ A[k]
-    return np.abs(moved).sum(axis=(1, 2))
+    nx, shares = A.shape[2], problem.blocks.matrix[:, 1:]
+    response = np.zeros((A.shape[1], shares.shape[1] * B.shape[2]))
+    for k in range(len(A)):
+        response = A[k] @ response[:nx]
+        if k >= problem.delay:
+            share = shares[k - problem.delay]
+            response += (share[:, None] * (B[k] * problem.input_scales)[:, None]).reshape(response.shape)
+        yield response
+
+
+def gate_stage(problem: Problem) -> int:
+    """The last stage that the gate looks at."""
+    return min(problem.horizon, problem.delay + GATE_STAGES)
 
 
 def near_reach(A: Array, B: Array, problem: Problem) -> Array:
-    """The same over the stages that the gate looks at."""
-    return reach(A, B, problem, min(problem.horizon, problem.delay + GATE_STAGES))
+    """How far the ranges of all free inputs together move each state (nx,) over the stages that the gate looks at."""
+    *_, last = islice(responses(A, B, problem), gate_stage(problem))
+    return np.abs(last).sum(axis=1)

@@ -1,0 +1,153 @@
+"""Elimination and composition as straight-line C: what loops over tables do, for one problem, without the zeros."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+LIMIT = 4000
+"""Products above which there is no such code: compilers take many seconds for it."""
+
+
+def elimination_source(tables: Mapping[str, Any], name: str, horizon: int) -> str:
+    """The function `eliminate_in_order` of eliminate.c for one problem, written so that it becomes vector instructions.
+
+    Parameters
+    ----------
+    tables : mapping of str to ndarray
+        Of `rumo_elimination`, as `eliminate` makes them.
+    name : str
+        Of the function.
+    horizon : int
+        Number N of stages.
+    """
+    lines = list(_Writer(tables).statements()) if _products(tables) <= LIMIT else None
+    if lines is None:
+        body = "return 0;"
+    else:
+        statements = "\n        ".join(lines)
+        body = f"""\
+enum {{ LANES_ALL = ({horizon} + LANES - 1) / LANES * LANES }};
+    for (int k = 0; k < LANES_ALL; ++k) {{
+        double most = 0.0, worst = 0.0, odd0 = 0.0, odd1 = 0.0, odd2 = 0.0, odd3 = 0.0;
+        {statements}
+        (void)most;
+        lack[k] = worst + ((odd0 + odd1) + (odd2 + odd3));
+    }}
+    return 1;"""
+    return f"""\
+static int {name}(const double *restrict unit, double patience, const double *restrict terms,
+    double *restrict result, double *restrict lack) {{
+    (void)unit, (void)patience, (void)terms, (void)result, (void)lack;
+    {body}
+}}
+"""
+
+
+def _products(tables: Mapping[str, Any]) -> int:
+    """How many multiplications there are, about: those of the pivots, of the rest, and of the substitution back."""
+    below, across = tables["elimination_below"], tables["elimination_across"]
+    width = [k for m, k in zip(tables["elimination_size"], tables["elimination_width"], strict=True) for _ in range(m)]
+    return int(((below + 1) * across + across * width).sum()) + len(tables["elimination_update"])
+
+
+def composition_source(tables: Mapping[str, Any], name: str, horizon: int) -> str:
+    """The function `compose_in_code` of compose.c for one problem, written so that it becomes vector instructions.
+
+    Parameters
+    ----------
+    tables : mapping of str to ndarray
+        Of `rumo_composition`, as `compose` makes them.
+    name : str
+        Of the function.
+    horizon : int
+        Number N of stages.
+    """
+    product = iter(tables["composition_product"].tolist())
+    lines: list[str] = []
+    for e, (own, count) in enumerate(zip(tables["composition_own"], tables["composition_products"], strict=True)):
+        terms = [f"result[{own} * LANES_ALL + k]"] if own >= 0 else []
+        pairs = [next(product) for _ in range(count)]
+        terms += [f"result[{a} * LANES_ALL + k] * before[{b} * LANES_ALL + k]" for a, b in pairs]
+        lines.append(f"after[{e} * LANES_ALL + k] = {' + '.join(terms) or '0.0'};")
+    statements = "\n        ".join(lines)
+    body = f"""\
+enum {{ LANES_ALL = ({horizon} + LANES - 1) / LANES * LANES }};
+    for (int k = 0; k < LANES_ALL; ++k) {{
+        {statements}
+    }}
+    return 1;"""
+    if not 0 < len(tables["composition_product"]) <= LIMIT:
+        body = "return 0;"
+    return f"""\
+static int {name}(const double *restrict result, const double *restrict before, double *restrict after) {{
+    (void)result, (void)before, (void)after;
+    {body}
+}}
+"""
+
+
+class _Writer:
+    """Statements for one stage, k; what is not zero is a local variable."""
+
+    def __init__(self, tables: Mapping[str, Any]) -> None:
+        self._tables = {name.removeprefix("elimination_"): values for name, values in tables.items()}
+        self._parts = {
+            name: iter(self._tables[name].tolist()) for name in ("load", "update", "store", "lower", "upper")
+        }
+        self._entry: dict[int, str] = {}  # variable of each entry of the result that is known
+
+    def _next(self, part: str, count: int) -> list[Any]:
+        return [next(self._parts[part]) for _ in range(count)]
+
+    def statements(self) -> Iterator[str]:
+        names = ("size", "width", "loads", "updates", "stores")
+        start = 0
+        for b, counts in enumerate(zip(*(self._tables[name].tolist() for name in names), strict=True)):
+            yield from self._block(b, start, *counts)
+            start += counts[0]
+
+    def _block(self, b: int, start: int, m: int, k: int, loads: int, updates: int, stores: int) -> Iterator[str]:
+        known: dict[tuple[int, int], str] = {}
+
+        def add(place: tuple[int, int], sign: str, value: str) -> str:
+            if place in known:
+                return f"{known[place]} {sign}= {value};"
+            known[place] = f"w{b}_{place[0]}_{place[1]}"
+            return f"double {known[place]} = {sign.replace('+', '')}{value};"
+
+        for slot, place in self._next("load", loads):
+            yield add(divmod(place, m + k + 1), "+", f"terms[{slot} * LANES_ALL + k]")
+        for slot, entry, place in self._next("update", updates):
+            yield add(divmod(place, m + k + 1), "-", f"terms[{slot} * LANES_ALL + k] * {self._entry[entry]}")
+
+        unknowns, below, across = (
+            self._tables[name][start : start + m].tolist() for name in ("unknowns", "below", "across")
+        )
+        right: list[list[int]] = []
+        for p in range(m):
+            lower = self._next("lower", below[p])
+            right.append(self._next("upper", across[p]))
+            for n, i in enumerate(lower):
+                size = f"fabs({known[i, p]}) * unit[{unknowns[i]}]"
+                yield f"most = larger(most, {size});" if n else f"most = {size};"
+            if lower:
+                yield f"worst = larger(worst, most - patience * unit[{unknowns[p]}] * fabs({known[p, p]}));"
+            if right[p]:
+                yield f"const double i{b}_{p} = 1.0 / {known[p, p]};"
+            for j in right[p]:
+                yield f"{known[p, j]} *= i{b}_{p};"
+            for i in lower:
+                for j in right[p]:
+                    yield add((i, j), "-", f"{known[i, p]} * {known[p, j]}")
+        for p in reversed(range(m)):
+            for i in (i for i in right[p] if i < m):
+                for j in range(m, m + k):
+                    if (i, j) in known:
+                        yield add((p, j), "-", f"{known[p, i]} * {known[i, j]}")
+        for place, entry in self._next("store", stores):
+            i, j = divmod(place, m + k + 1)
+            self._entry[entry] = known.get((i, j), "0.0")
+            yield f"result[{entry} * LANES_ALL + k] = {self._entry[entry]};"
+            if (i, j) in known:
+                yield f"odd{entry % 4} += 0.0 * {known[i, j]};"
