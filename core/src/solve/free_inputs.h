@@ -2,8 +2,10 @@
 #ifndef RUMO_FREE_INPUTS_H
 #define RUMO_FREE_INPUTS_H
 
+#include "base/admissible.h"
 #include "base/arena.h"
 #include "base/blocks.h"
+#include "solve/stage_solver.h"
 
 typedef struct free_limits {
     const double *lower, *upper; /* (nb, nu); a view where inputs are not held */
@@ -33,6 +35,25 @@ RARE static void limit_free_inputs(const dims *s, const rumo_blocking *held, con
                 upper[member] = fmin(upper[member], bounds->input_upper[i]);
             }
         }
+}
+
+/* The last input decided, before the first free one. */
+static inline const double *last_known(const dims *s, const stage_known *known) {
+    return known->decided + (decided_inputs(s) - 1) * s->nu;
+}
+
+/* Put v, deviations from the guess, within bounds and move bounds; u (nb, nu) is scratch. */
+RARE static void clip_free_inputs(const dims *s, const rumo_numbers *numbers, const free_limits *limits, const double *guess,
+                                  const double *last, double *u, double *v) {
+    const double *scale = numbers->input_scales;
+    for (int i = 0; i < s->n; ++i) u[i] = guess[i] + scale[i % s->nu] * v[i];
+    make_admissible(s->nu, last, limits->lower, limits->upper, numbers->block_lower, numbers->block_upper, s->nu, u, s->nb);
+    for (int i = 0; i < s->n; ++i) v[i] = (u[i] - guess[i]) / scale[i % s->nu];
+}
+
+/* Whether inputs are worse than the guess: by how far they violate hard limits, else by cost. */
+static inline int is_worse(double beyond, double cost, double beyond_guess, double cost_guess) {
+    return fabs(beyond - beyond_guess) > RUMO_SLACK_TOLERANCE ? beyond > beyond_guess : !(cost <= cost_guess);
 }
 
 /* Whether changes of inputs are limited. */

@@ -117,6 +117,17 @@ static inline double pull(const qp *q, int position, double change) {
 
 static inline double compliance(const qp *q, int row) { return q->state[row] == GIVING ? 0.5 / q->l2[row] : 0.0; }
 
+/* Multipliers of all rows (rows,): prices of saturated ones, and those of the members, if they count. */
+static void gather_forces(const qp *q, int members, double *restrict forces) {
+    zero(forces, q->rows);
+    for (int i = 0; members && i < q->count; ++i) forces[q->member[i]] = q->mu[i];
+    for (int r = q->first_soft, left = q->saturated; left > 0 && r < q->rows; ++r)
+        if (q->state[r] == SATURATED) {
+            forces[r] = q->l1[r];
+            --left;
+        }
+}
+
 /* How far a value of a member is from where its state and multiplier want it. */
 static inline double deviation(const qp *q, int position, double value) {
     const int row = q->member[position];

@@ -20,7 +20,7 @@ typedef struct dense {
     double *best, *other;                  /* (ld,) */
     double *zeros;                         /* (nu,) */
     double *inputs;                        /* (nb, nu) */
-    double *forces;                        /* (N, nc): multipliers */
+    double *forces;                        /* (rows,): multipliers */
     double *du_known, *du_slope;           /* (N, nu): of du, what is there at v = 0; (nu,) */
     double *largest_force;                 /* (nu,): along an input, over the horizon */
     double *lambda, *earlier;              /* (ldx,): the dynamics' multipliers at a stage, and at the one before */
@@ -59,7 +59,7 @@ RARE static void dense_lay_out(arena *a, void *self, const rumo_problem *own, co
     d->other = alloc_doubles(a, s.ld);
     d->zeros = alloc_doubles(a, s.nu);
     d->inputs = alloc_doubles(a, s.n);
-    d->forces = alloc_doubles(a, s.N * s.nc);
+    d->forces = alloc_doubles(a, d->p.q.places);
     d->du_known = alloc_doubles(a, s.N * s.nu);
     d->du_slope = alloc_doubles(a, s.nu);
     d->largest_force = alloc_doubles(a, s.nu);

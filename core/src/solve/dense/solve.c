@@ -2,10 +2,10 @@
 #ifndef RUMO_SOLVE_C
 #define RUMO_SOLVE_C
 
-#include "base/admissible.h"
 #include "solve/active_set/qp.c"
 #include "solve/dense/dense.h"
 #include "stages/along.c"
+
 /* Gradient and limits of the QP, now that measurement and reference are known. */
 static WITHIN void set_up_qp(dense *d, const stage_maps *m, const stage_known *known, stage_step *step) {
     const rumo_problem *p = d->problem;
@@ -13,7 +13,7 @@ static WITHIN void set_up_qp(dense *d, const stage_maps *m, const stage_known *k
     const condensed *h = &d->condensed;
     const rumo_numbers *numbers = &p->numbers;
     qp *q = &d->p.q;
-    const double *last = known->decided + (decided_inputs(&s) - 1) * s.nu, *u = m->guess_values;
+    const double *last = last_known(&s, known), *u = m->guess_values;
     /* What happens if the inputs stay with the guess from the first free one on. */
     for (int r = 0; r < s.nx; ++r) step->dx[r] = known->x[r] - m->guess_x[r];
     for (int i = 0; i < s.d * s.nu; ++i) step->du[i] = known->decided[i] - m->guess_u[i];
@@ -76,27 +76,18 @@ RARE static double merit(const dense *d, const double *v, double *violation) {
     return cost;
 }
 
-/* Put v within bounds and move bounds. */
-static void clip_deviations(const dense *d, const double *guess, const double *last, double *v) {
-    const dims *s = &d->s;
-    const rumo_numbers *numbers = &d->problem->numbers;
-    const double *scale = numbers->input_scales;
-    double *u = d->inputs;
-    for (int i = 0; i < s->n; ++i) u[i] = guess[i] + scale[i % s->nu] * v[i];
-    make_admissible(s->nu, last, d->limits.lower, d->limits.upper, numbers->block_lower, numbers->block_upper, s->nu, u, s->nb);
-    for (int i = 0; i < s->n; ++i) v[i] = (u[i] - guess[i]) / scale[i % s->nu];
-}
-
 /* When the budget has run out: the better of where the solver stands and the guess, both made admissible. */
-RARE static void choose_best(dense *d, const double *guess, const double *last) {
+RARE static void choose_best(dense *d) {
+    const dims *s = &d->s;
     double beyond, beyond_guess;
     copy(d->best, d->p.v, d->s.ld);
     zero(d->other, d->s.ld);
-    clip_deviations(d, guess, last, d->best);
-    clip_deviations(d, guess, last, d->other);
+    double *const candidates[] = {d->best, d->other};
+    for (int i = 0; i < 2; ++i)
+        clip_free_inputs(s, &d->problem->numbers, &d->limits, d->maps->guess_values, last_known(s, d->known), d->inputs,
+                         candidates[i]);
     const double cost = merit(d, d->best, &beyond), cost_guess = merit(d, d->other, &beyond_guess);
-    const int worse = fabs(beyond - beyond_guess) > RUMO_SLACK_TOLERANCE ? beyond > beyond_guess : !(cost <= cost_guess);
-    copy(d->p.v, worse ? d->other : d->best, d->s.ld);
+    copy(d->p.v, is_worse(beyond, cost, beyond_guess, cost_guess) ? d->other : d->best, d->s.ld);
     update_values(&d->p);
 }
 
@@ -123,20 +114,14 @@ static double dense_slope(qp *q, double *rest) {
     const dims s = dims_of(&d->problem->sizes);
     const rumo_numbers *numbers = &d->problem->numbers;
     const stage_maps *m = d->maps;
-    const double *u = m->guess_values, *last = d->known->decided + (decided_inputs(&s) - 1) * s.nu, *v = d->p.v;
+    const double *u = m->guess_values, *last = last_known(&s, d->known), *v = d->p.v;
     double *restrict slope = d->p.sum, *restrict force_along = d->largest_force, worst = 0.0;
+    const double *forces = d->forces + q->first_soft;
     dense_advance(d);
     zero(slope, s.ld);
-    zero(d->forces, s.N * s.nc);
-    for (int i = 0; i < q->count; ++i) {
-        if (q->member[i] >= q->first_soft) d->forces[q->member[i] - q->first_soft] = q->mu[i];
-        else add_row(&d->p, q->member[i], q->mu[i], slope);
-    }
-    for (int r = q->first_soft, left = q->saturated; left > 0 && r < q->rows; ++r)
-        if (q->state[r] == SATURATED) {
-            d->forces[r - q->first_soft] = q->l1[r];
-            --left;
-        }
+    gather_forces(q, 1, d->forces);
+    for (int i = 0; i < q->count; ++i)
+        if (q->member[i] < q->first_soft) add_row(&d->p, q->member[i], q->mu[i], slope);
     zero(force_along, s.nu);
     for (int i = 0; i < s.n; ++i) force_along[i % s.nu] = larger(force_along[i % s.nu], fabs(slope[i]));
     for (int i = 0; i < s.n; ++i) {
@@ -161,8 +146,7 @@ static double dense_slope(qp *q, double *rest) {
             add_gradient(m, &m->Cx, &m->Cu, k, r, 2.0 * numbers->output_weights[i] * error, d->lambda, direct);
         }
         for (int r = 0; r < s.nc; ++r)
-            if (d->forces[k * s.nc + r] != 0.0)
-                add_gradient(m, &m->D, &m->E, k, r, d->forces[k * s.nc + r], d->lambda, direct);
+            if (forces[k * s.nc + r] != 0.0) add_gradient(m, &m->D, &m->E, k, r, forces[k * s.nc + r], d->lambda, direct);
         for (int j = 0; j < s.nu; ++j) {
             const double through = dot(stage + (s.nx + j) * s.ldx, d->lambda, s.ldx);
             const double force = (through + direct[j]) * numbers->input_scales[j];
@@ -220,7 +204,7 @@ static rumo_status dense_solve(void *self, const stage_maps *m, const stage_know
     step->conflict = d->conflict;
     if (q->conflicts) name_conflicts(d);
     if (status > RUMO_BUDGET_EXCEEDED) return status;
-    if (status == RUMO_BUDGET_EXCEEDED) choose_best(d, m->guess_values, known->decided + (decided_inputs(&s) - 1) * s.nu);
+    if (status == RUMO_BUDGET_EXCEEDED) choose_best(d);
     step->size = largest_size(d->p.v, s.ld);
     step->kkt_residual = status == RUMO_OPTIMAL ? q->kkt_residual : NAN; /* else v is not the solver's */
     dense_expand(d);

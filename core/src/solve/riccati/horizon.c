@@ -5,13 +5,6 @@
 #include "solve/riccati/riccati.h"
 #include "stages/along.c"
 
-/* x' y, over any length. */
-static inline double row_times(const double *restrict x, const double *restrict y, int length) {
-    double sum = 0.0;
-    for (int i = 0; i < length; ++i) sum += x[i] * y[i];
-    return sum;
-}
-
 /* Entry of zeta that column i of F belongs to. */
 static inline int moved_entry(const dims *s, int i) { return i < s->nx ? i : s->rows + i - s->nx; }
 

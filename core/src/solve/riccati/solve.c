@@ -2,13 +2,7 @@
 #ifndef RUMO_RICCATI_SOLVE_C
 #define RUMO_RICCATI_SOLVE_C
 
-#include "base/admissible.h"
 #include "solve/riccati/prepare.c"
-
-/* The last input decided, before the first free one. */
-static const double *last_known(const dims *s, const stage_known *known) {
-    return known->decided + (decided_inputs(s) - 1) * s->nu;
-}
 
 /* Simulate the stages that are decided, to zeta_d. */
 static void simulate_decided(riccati *r, const stage_maps *m, const stage_known *known, stage_step *step) {
@@ -55,18 +49,6 @@ static void set_limits(riccati *r, const stage_maps *m) {
                 r->problem->imposed[at] ? numbers->constraint_limits[at] - value : INFINITY;
         }
     watch_members(q);
-}
-
-/* Put v within bounds and move bounds. */
-static void riccati_clip(const riccati *r, const stage_known *known, double *v) {
-    const dims *s = &r->s;
-    const rumo_numbers *numbers = &r->problem->numbers;
-    const double *scale = numbers->input_scales, *guess = r->maps->guess_values;
-    double *u = r->inputs;
-    for (int i = 0; i < s->n; ++i) u[i] = guess[i] + scale[i % s->nu] * v[i];
-    make_admissible(s->nu, last_known(s, known), r->limits.lower, r->limits.upper, numbers->block_lower, numbers->block_upper,
-                    s->nu, u, s->nb);
-    for (int i = 0; i < s->n; ++i) v[i] = (u[i] - guess[i]) / scale[i % s->nu];
 }
 
 /* Cost along the states that v leads to, and of their violation of soft rows; *violation is the largest of hard ones, in units
@@ -116,11 +98,12 @@ RARE static void take_best(riccati *r, const stage_known *known) {
         for (int j = 0; j < s.nu; ++j)
             r->best[block_at(&s, &r->problem->blocking, k) * s.nu + j] = r->q.value[j * s.lanes + k];
     zero(r->other, s.n);
-    riccati_clip(r, known, r->best);
-    riccati_clip(r, known, r->other);
+    double *const candidates[] = {r->best, r->other};
+    for (int i = 0; i < 2; ++i)
+        clip_free_inputs(&s, &r->problem->numbers, &r->limits, r->maps->guess_values, last_known(&s, known), r->inputs,
+                         candidates[i]);
     const double cost_guess = cost_of(r, r->other, &beyond_guess), cost = cost_of(r, r->best, &beyond);
-    const int worse = fabs(beyond - beyond_guess) > RUMO_SLACK_TOLERANCE ? beyond > beyond_guess : !(cost <= cost_guess);
-    if (worse) cost_of(r, r->other, &beyond_guess);
+    if (is_worse(beyond, cost, beyond_guess, cost_guess)) cost_of(r, r->other, &beyond_guess);
 }
 
 /* From zeta to deviations of inputs and states, and constraints there. */
@@ -168,7 +151,7 @@ static rumo_status riccati_solve(void *self, const stage_maps *m, const stage_kn
     set_limits(r, m);
     for (int i = 0; i < q->count; ++i) {
         const int place = q->place[i];
-        q->base[place] = r->gamma[place] + row_times(r->pi + (ptrdiff_t)place * p.ld, r->zeta + s.d * p.ld, p.zeta);
+        q->base[place] = r->gamma[place] + dot(r->pi + (ptrdiff_t)place * p.ld, r->zeta + s.d * p.ld, p.ld);
     }
     const rumo_status status = solve_qp(q, limits);
     step->iterations = q->iterations;

@@ -30,7 +30,7 @@ static int riccati_transform(qp *q, int position) {
     else r->row[p.v + of.index] = 1.0;
     const double size = sweep_row(r, of.k, of.kind == RUMO_MOVE_BOUND ? of.index : -1, moved(q, position), pi, gamma);
     if (path && !(size > NO_INFLUENCE * r->problem->numbers.constraint_scales[of.index])) return 0;
-    q->base[place] = *gamma + row_times(pi, r->zeta + s.d * p.ld, p.zeta);
+    q->base[place] = *gamma + dot(pi, r->zeta + s.d * p.ld, p.ld);
     return 1;
 }
 
@@ -85,13 +85,7 @@ static void slope_at_nodes(riccati *r, int members) {
         add_node_forces(&r->outputs, i, force, s.lanes, r->slope_lanes);
     }
     double *forces = r->forces;
-    zero(forces, q->rows);
-    for (int i = 0; members && i < q->count; ++i) forces[q->member[i]] = q->mu[i];
-    for (int row = q->first_soft, left = q->saturated; left > 0 && row < q->rows; ++row)
-        if (q->state[row] == SATURATED) {
-            forces[row] = q->l1[row];
-            --left;
-        }
+    gather_forces(q, members, forces);
     for (int i = 0; (members || q->saturated) && i < s.nc; ++i)
         add_node_forces(&r->constraints, i, forces + q->first_soft + i * s.lanes, s.lanes, r->slope_lanes);
     for (int j = 0; j < s.nu; ++j) {
