@@ -1,11 +1,10 @@
 """The order and tables of elimination, run in NumPy, against a dense solution."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rumo.kernel.elimination import compose, eliminate, triangular_blocks
+from rumo.kernel.elimination import compose, eliminate
 
 
 def random_pattern(rng, nx, density):
@@ -70,23 +69,6 @@ def test_tables(seed, nx, nu, density):
         np.testing.assert_allclose(run(tables, terms, nx, nu), np.linalg.solve(dense["M"], right), rtol=1e-6, atol=1e-6)
     order = list(zip(tables["elimination_row"].tolist(), tables["elimination_column"].tolist(), strict=True))
     assert order == sorted(set(order)), "the result is sorted by rows, each entry once"
-
-
-@pytest.mark.parametrize("seed", range(30))
-def test_blocks_are_triangular_and_as_small_as_can_be(seed):
-    rng = np.random.default_rng(seed)
-    n = int(rng.integers(1, 12))
-    pattern = rng.random((n, n)) < rng.choice([0.05, 0.15, 0.4])
-    blocks = triangular_blocks(pattern)
-    assert sorted(state for block in blocks for state in block) == list(range(n))
-    done: set[int] = set()
-    for block in blocks:
-        outside = {int(s) for row in block for s in np.flatnonzero(pattern[row])} - set(block)
-        assert outside <= done, "a block depends on earlier ones only"
-        done |= set(block)
-        # Every state of a block reaches every other within it.
-        inside = pattern[np.ix_(block, block)] | np.eye(len(block), dtype=bool)
-        assert np.linalg.matrix_power(inside.astype(float), len(block)).all()
 
 
 @settings(max_examples=100, deadline=None)

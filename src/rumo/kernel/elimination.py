@@ -6,25 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from rumo.graphs import strong_components
+
 Positions = Sequence[tuple[int, int]]
 """(row, column) of the structural nonzeros of a matrix, sorted by rows."""
-
-
-def triangular_blocks(pattern: np.ndarray) -> list[list[int]]:
-    """Unknowns in groups that are solved for together, each group depending on earlier ones only.
-
-    Parameters
-    ----------
-    pattern : ndarray of bool, shape (n, n)
-        Which unknown enters which equation; the diagonal counts as set.
-    """
-    reached = pattern | np.eye(len(pattern), dtype=bool)
-    for _ in range(len(pattern).bit_length()):
-        reached = reached @ reached
-    coupled = reached & reached.T
-    # An unknown that depends on another without being coupled to it reaches more of them than that one.
-    groups = {tuple(np.flatnonzero(row).tolist()) for row in coupled}
-    return [list(group) for group in sorted(groups, key=lambda group: (reached[group[0]].sum(), group))]
 
 
 def eliminate(
@@ -42,21 +27,20 @@ def eliminate(
         Sizes nw, nx and nu.
     """
     constant = states + inputs
-    m_at = {place: first["M"] + e for e, place in enumerate(positions["M"])}
+    left: list[dict[int, int]] = [{} for _ in range(unknowns)]
+    for e, (row, column) in enumerate(positions["M"]):
+        left[row][column] = first["M"] + e
     right: list[dict[int, int]] = [{constant: first["defect"] + r} for r in range(unknowns)]
     for e, (row, column) in enumerate(positions["A0"]):
         right[row][column] = first["A0"] + e
     for e, (row, column) in enumerate(positions["B"]):
         right[row][states + column] = first["B"] + e
 
-    pattern = np.zeros((unknowns, unknowns), dtype=bool)
-    for place in m_at:
-        pattern[place] = True
-    blocks = triangular_blocks(pattern)
+    blocks = strong_components(left)
     columns: dict[int, list[int]] = {}
     for block in blocks:
         reaching = {column for row in block for column in right[row]}
-        reaching |= {c for row, s in m_at if row in block and s not in block for c in columns[s]}
+        reaching.update(*({*columns[s]} for row in block for s in left[row] if s in columns))
         columns |= dict.fromkeys(block, sorted(reaching))
     result = {place: e for e, place in enumerate((r, c) for r in range(unknowns) for c in columns[r])}
 
@@ -66,13 +50,16 @@ def eliminate(
     counts: list[list[int]] = []
     for block in blocks:
         m, reaching = len(block), columns[block[0]]
+        position = {s: j for j, s in enumerate(block)}
         before = len(load), len(update), len(store)
         for i, row in enumerate(block):
-            place = {column: i * (m + len(reaching) + 1) + m + j for j, column in enumerate(reaching)}
-            load += [(m_at[row, s], place[reaching[0]] - m + j) for j, s in enumerate(block) if (row, s) in m_at]
+            start = i * (m + len(reaching) + 1)
+            place = {column: start + m + j for j, column in enumerate(reaching)}
+            load += [(slot, start + position[s]) for s, slot in left[row].items() if s in position]
             load += [(slot, place[column]) for column, slot in sorted(right[row].items())]
-            for s in sorted(s for r, s in m_at if r == row and s not in block):
-                update += [(m_at[row, s], result[s, column], place[column]) for column in columns[s]]
+            for s, slot in left[row].items():
+                if s not in position:
+                    update += [(slot, result[s, column], place[column]) for column in columns[s]]
             store += [(place[column], result[row, column]) for column in reaching]
         added = [len(entries) - start for entries, start in zip((load, update, store), before, strict=True)]
         counts.append([m, len(reaching), *added])
@@ -104,20 +91,23 @@ def compose(places: Positions, states: int, rows: int) -> dict[str, np.ndarray]:
         Size nx, and number of variables at the end.
     """
     entry = {place: e for e, place in enumerate(places) if place[0] < rows}
-    found = set(entry)
-    while True:  # until another substep adds no place
-        reached = {(r, column) for r, i in entry if i < states for row, column in found if row == i}
-        if reached <= found:
-            break
-        found |= reached
-    order = sorted(found)
+    A: list[list[int]] = [[] for _ in range(rows)]
+    found: list[set[int]] = [set() for _ in range(rows)]
+    for row, column in entry:
+        found[row].add(column)
+        if column < states:
+            A[row].append(column)
+    count = 0
+    while count < (count := sum(map(len, found))):  # until another substep adds no place
+        before = [set(columns) for columns in found[:states]]
+        for row in range(rows):
+            found[row].update(*(before[i] for i in A[row]))
+    order = [(row, column) for row in range(rows) for column in sorted(found[row])]
     composed = {place: e for e, place in enumerate(order)}
     counts: list[int] = []
     products: list[tuple[int, int]] = []
     for row, column in order:
-        pairs = [
-            (entry[row, i], composed[i, column]) for i in range(states) if (row, i) in entry and (i, column) in found
-        ]
+        pairs = [(entry[row, i], composed[i, column]) for i in A[row] if column in found[i]]
         counts.append(len(pairs))
         products += pairs
     start = [entry.get(place, -1) for place in order]
