@@ -113,6 +113,60 @@ def of_van_der_pol(horizon, delay, penalty):
     return problem, [1.6, -1.02], {"position": 1.5}
 
 
+def of_rod(horizon, delay, penalty):
+    problem = rumo.Problem(
+        MODELS["heat_rod"](),
+        horizon=horizon,
+        sampling_time=20.0,
+        delay=delay,
+        track={"t_5": rumo.Weight(1.0, range=50.0)},
+        moves={"heating": rumo.Weight(0.1, range=1e5)},
+        bounds={"heating": (0.0, 1e5), "t_1": rumo.Bounds(upper=70.0, penalty=penalty)},
+    )
+    return problem, [20.0] * 8, {"t_5": 60.0}
+
+
+def of_tube(horizon, delay, penalty):
+    problem = rumo.Problem(
+        MODELS["tubular_reactor"](),
+        horizon=horizon,
+        sampling_time=10.0,
+        delay=delay,
+        track={"c_5": rumo.Weight(1.0, range=500.0)},
+        moves={"jacket": rumo.Weight(0.1, range=20.0)},
+        bounds={"jacket": (57.0, 77.0), "t_3": rumo.Bounds(upper=89.0, penalty=penalty)},
+        safe_input={"jacket": 67.0},
+    )
+    return problem, [4600.0, 4200.0, 3900.0, 3700.0, 3600.0, 72.0, 77.0, 81.0, 83.0, 84.0], {"c_5": 3400.0}
+
+
+def of_chain(horizon, delay, penalty):
+    problem = rumo.Problem(
+        MODELS["mass_chain"](),
+        horizon=horizon,
+        sampling_time=0.5,
+        delay=delay,
+        track={"x_1": rumo.Weight(1.0), "x_12": rumo.Weight(1.0)},
+        moves={"force": rumo.Weight(0.1)},
+        bounds={"force": (-0.5, 0.5), "x_2": rumo.Bounds(-1.0, 0.32, penalty)},
+    )
+    return problem, [0.3] * 12 + [0.0] * 12, {"x_1": 0.0, "x_12": 0.0}
+
+
+def of_pipeline(horizon, delay, penalty):
+    problem = rumo.Problem(
+        MODELS["gas_pipeline"](),
+        horizon=horizon,
+        sampling_time=600.0,
+        delay=delay,
+        track={"q_6": rumo.Weight(1.0, range=50.0)},
+        moves={"supply": rumo.Weight(0.1, range=50.0)},
+        bounds={"supply": (0.0, 100.0), "p_1": rumo.Bounds(upper=64.0, penalty=penalty)},
+        safe_input={"supply": 60.0},
+    )
+    return problem, [61.0, 59.0, 57.0, 55.0, 53.0, 51.0], {"q_6": 70.0}
+
+
 CASES = {
     "dynamic_bicycle": of_bicycle,
     "four_wheel": of_four_wheel,
@@ -121,6 +175,10 @@ CASES = {
     "robertson_dae": of_robertson_dae,
     "van_de_vusse_reactor": of_van_de_vusse,
     "van_der_pol": of_van_der_pol,
+    "heat_rod": of_rod,
+    "tubular_reactor": of_tube,
+    "mass_chain": of_chain,
+    "gas_pipeline": of_pipeline,
 }
 SCHEMES = {name: scheme() for name, scheme in DISCRETIZATIONS.items()} | {
     "3 implicit-euler": rumo.ImplicitEuler(substeps=3),
