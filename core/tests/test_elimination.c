@@ -7,7 +7,7 @@
 
 #include <stdlib.h>
 
-enum { MAX_STATES = 16, MAX_INPUTS = 4, MAX_WIDTH = MAX_STATES + MAX_INPUTS + 1, MAX_SLOTS = 512 };
+enum { MAX_STATES = 32, MAX_INPUTS = 4, MAX_WIDTH = MAX_STATES + MAX_INPUTS + 1, MAX_SLOTS = 1024 };
 
 /* M x = right, in place, with rows made equally large first; 0 if M is singular. */
 static int solve_dense(int n, int width, long double M[MAX_STATES][MAX_STATES],
@@ -116,16 +116,20 @@ static int compare(const rumo_problem *p, int lanes, int k, const double *unit, 
 int main(void) {
     enum { LANES_ALL = 8, ROUNDS = 20 };
     static double terms[MAX_SLOTS * LANES_ALL], result[MAX_STATES * MAX_WIDTH * LANES_ALL],
-        work[MAX_STATES * (MAX_WIDTH + MAX_STATES) * LANES_ALL];
+        work[MAX_STATES * (2 * MAX_WIDTH + 3 * MAX_STATES) * LANES_ALL];
     double unit[MAX_STATES], row_unit[MAX_STATES];
-    int block_of[MAX_STATES], singular = 0, compared = 0;
+    static _Alignas(ALIGNMENT) unsigned char memory[1 << 14];
+    int block_of[MAX_STATES], singular = 0, compared = 0, sparse = 0;
     for (int i = 0; i < PATTERNS; ++i) {
         const rumo_problem *p = patterns[i];
-        if (p->sizes.slots > MAX_SLOTS || p->sizes.states > MAX_STATES || p->sizes.inputs > MAX_INPUTS) abort();
+        arena a = {memory, 0};
+        const block_pattern *blocks = patterns_of(&a, &p->factor, &p->factor);
+        sparse += rumo_sum(p->elimination.sparse, p->elimination.blocks);
+        if (a.used > sizeof memory || p->sizes.slots > MAX_SLOTS || p->sizes.states > MAX_STATES || p->sizes.inputs > MAX_INPUTS) abort();
         for (int round = 0; round < ROUNDS; ++round) {
             fill(p, LANES_ALL, round % 2 ? 1e6 : 1.0, unit, terms);
             balance(&p->elimination, &p->M, terms, LANES_ALL, p->sizes.states, block_of, row_unit);
-            eliminate(&p->elimination, row_unit, terms, LANES_ALL, work, result);
+            eliminate(&p->elimination, blocks, row_unit, terms, LANES_ALL, work, result);
             for (int k = 0; k < LANES_ALL; ++k) {
                 if (compare(p, LANES_ALL, k, unit, terms, result)) ++compared;
                 else ++singular;
@@ -133,5 +137,6 @@ int main(void) {
         }
     }
     CHECK(compared > singular, "%d compared, %d singular", compared, singular);
+    CHECK(sparse > 3, "%d sparse blocks", sparse);
     return finish();
 }

@@ -10,7 +10,9 @@ import rumo
 from rumo.controllers.engines.described import core_problem
 from rumo.kernel import describe, problem_source
 from rumo.kernel.description import MATRICES, NUMBERS, SIZES, Description, StageProgram, members
+from rumo.kernel.elimination import Equations
 from rumo.kernel.export import array_source
+from rumo.kernel.factor import factor
 from rumo.kernel.tape import Tape
 from rumo.references import SinePath
 from rumo.studies import PaperStudy
@@ -179,37 +181,54 @@ def fixture_header(chosen, samples):
     return "\n".join(parts)
 
 
-def pattern_header(count=24, seed=1):
-    """The header patterns.h: eliminations of random sparsity, in problems that have nothing else."""
+def pattern_header(count=32, seed=1):
+    """The header patterns.h: equations of random sparsity, small and wide, in problems that have nothing else."""
     rng = np.random.default_rng(seed)
-    parts, names = ['#include "rumo_core.h"\n'], []
+    small, wide = [], []
     for index in range(count):
-        nx, nu = int(rng.integers(1, 11)), int(rng.integers(1, 4))
+        nx = int(rng.integers(1, 11)) if index < count - 8 else 24
         # From triangular to one block of all; diagonals need not be there, but something must be to pivot on.
-        pattern = rng.random((nx, nx)) < rng.choice([0.1, 0.3, 0.9])
-        if index % 2:
-            pattern |= np.eye(nx, dtype=bool)[rng.permutation(nx)]
-        else:
-            pattern |= np.eye(nx, dtype=bool)
-        shapes = {"M": pattern, "A0": rng.random((nx, nx)) < 0.4, "B": rng.random((nx, nu)) < 0.5}
-        positions = {name: [] for name in MATRICES} | {
-            name: [(int(r), int(c)) for r, c in np.argwhere(shape)] for name, shape in shapes.items()
-        }
-        first, slots = {"y": 0, "G": 0, "defect": 0}, nx
-        for name in MATRICES:
-            first[name], slots = slots, slots + len(positions[name])
-        tape = Tape(np.zeros((0, 4), dtype=np.int32), np.zeros(0), 1)
-        sizes = dict.fromkeys(SIZES[:-1], 0) | {"horizon": 8, "states": nx, "inputs": nu, "substeps": 1}
-        sizes["shift_same_rows"] = 1
-        # Only lengths matter: what is eliminated has no other numbers.
-        arrays = [member.name for member in members("rumo_problem") if member.kind in ("ints", "doubles")]
-        given = ("shift_", "blocking_", "inner_signals", "inner_nodes", "algebraic_guess", "imposed", *NUMBERS)
-        empty = {name: np.zeros(0) for name in arrays if name.startswith(given)}
-        empty |= {name: np.zeros((8, nu)) for name in ("input_lower", "input_upper")}
-        description: Description = describe(StageProgram(tape, None, np.zeros(slots), first, positions), sizes, empty)
-        parts.append(problem_source(description, f"pattern_{index}"))
-        names.append(f"&pattern_{index}")
-    parts.append(
-        f"static const rumo_problem *const patterns[] = {{{', '.join(names)}}};\nenum {{ PATTERNS = {count} }};\n"
-    )
+        pattern = rng.random((nx, nx)) < (rng.choice([0.1, 0.3, 0.9]) if nx < 11 else 0.06)
+        pattern |= np.eye(nx, dtype=bool)[rng.permutation(nx)] if index % 2 else np.eye(nx, dtype=bool)
+        small.append(_of_pattern(rng, pattern, f"pattern_{index}"))
+    for index, nx in enumerate((1, 2, 9, 30, 40, 50, 60)):
+        distance = np.abs(np.subtract.outer(np.arange(nx), np.arange(nx)))
+        pattern = (distance <= 1 + index % 2) | (rng.random((nx, nx)) < 0.3 / nx)
+        if index == 3:  # a hub
+            pattern[0] = pattern[:, 0] = True
+        if index > 4:  # no diagonal to pivot on, as where algebraic equations are
+            pattern = pattern[rng.permutation(nx)]
+        wide.append(_of_pattern(rng, pattern, f"wide_{index}"))
+    parts = ['#include "rumo_core.h"\n', *(source for _, source in (*small, *wide))]
+    for table, problems in (("patterns", small), ("wide_patterns", wide)):
+        names = ", ".join(f"&{name}" for name, _ in problems)
+        parts.append(f"static const rumo_problem *const {table}[] = {{{names}}};\n")
+        parts.append(f"enum {{ {table.upper()} = {len(problems)} }};\n")
     return "\n".join(parts)
+
+
+def _of_pattern(rng, pattern, name):
+    """Name and source of a problem whose matrix M has a pattern."""
+    nx, nu = len(pattern), int(rng.integers(1, 4))
+    shapes = {"M": pattern, "A0": rng.random((nx, nx)) < 0.4, "B": rng.random((nx, nu)) < 0.5}
+    positions = {key: [] for key in MATRICES} | {
+        key: [(int(r), int(c)) for r, c in np.argwhere(shape)] for key, shape in shapes.items()
+    }
+    first, slots = {"y": 0, "G": 0, "defect": 0}, nx
+    for key in MATRICES:
+        first[key], slots = slots, slots + len(positions[key])
+    tape = Tape(np.zeros((0, 4), dtype=np.int32), np.zeros(0), 1)
+    sizes = dict.fromkeys(SIZES[:-1], 0) | {"horizon": 8, "states": nx, "inputs": nu, "substeps": 1}
+    sizes["shift_same_rows"] = 1
+    # Only lengths matter: what is eliminated has no other numbers.
+    arrays = [member.name for member in members("rumo_problem") if member.kind in ("ints", "doubles")]
+    given = ("shift_", "blocking_", "inner_signals", "inner_nodes", "algebraic_guess", "imposed", *NUMBERS)
+    empty = {key: np.zeros(0) for key in arrays if key.startswith(given)}
+    empty |= {key: np.zeros((8, nu)) for key in ("input_lower", "input_upper")}
+    description: Description = describe(StageProgram(tape, None, np.zeros(slots), first, positions), sizes, empty)
+    equations = Equations(first, positions, nx, nx, nu)
+    factors = factor(equations.blocks, equations.left)
+    counts = {"unknowns": nx, "blocks": len(equations.blocks), "inner": len(factors["factor_entry"])}
+    counts["outer"] = len(factors["factor_nonzero"]) - counts["inner"]
+    description.values.update(factors | {f"factor_{key}": value for key, value in counts.items()})
+    return name, problem_source(description, name)

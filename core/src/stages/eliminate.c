@@ -9,6 +9,7 @@
 #include "rumo_core.h"
 
 #include "base/lanes.h"
+#include "stages/sparse_factor.c"
 
 /* A pivot is kept unless another entry of its column is so many times larger, as sparse solvers do. */
 #define PATIENCE 8.0
@@ -72,15 +73,43 @@ static OUTSIDE void solve_block(double *work, int m, int k) {
             subtract(work + i * row + m * LANES, work + i * row + p * LANES, work + p * row + m * LANES, k);
 }
 
+/* The same of a sparse block: right (m, k, LANES), the entries of the block, and as much room as a dense one needs. If a pivot
+ * does not hold in some stage, all eight are solved as a dense block. */
+static OUTSIDE void solve_sparse_block(const block_pattern *b, const double *unit, double *right, int k) {
+    const int m = b->size, row = (m + k + 1) * LANES;
+    double *const entries = right + m * k * LANES, *const kept = entries + entries_of(b) * LANES;
+    double *const square = kept + entries_of(b) * LANES;
+    copy(kept, entries, entries_of(b) * LANES);
+    if (factor_block(b, unit, entries)) {
+        solve_factored(b, entries, LANES, right, k * LANES);
+        return;
+    }
+    zero(square, m * row);
+    const double *below = kept + m * LANES, *across = below + b->fill * LANES;
+    const int *later = b->later;
+    for (int p = 0; p < m; ++p) {
+        copy(square + p * row + p * LANES, kept + p * LANES, LANES);
+        for (int i = 0; i < b->below[p]; ++i, ++later, below += LANES, across += LANES) {
+            copy(square + *later * row + p * LANES, below, LANES);
+            copy(square + p * row + *later * LANES, across, LANES);
+        }
+        copy(square + p * row + m * LANES, right + p * k * LANES, k * LANES);
+        for (int l = 0; l < LANES; ++l) square[p * row + (m + k) * LANES + l] = unit[b->equation[p]];
+    }
+    solve_block(square, m, k);
+    for (int p = 0; p < m; ++p) copy(right + p * k * LANES, square + p * row + m * LANES, k * LANES);
+}
+
 /* terms (slots, lanes) to result (entries, lanes). */
-static void eliminate(const rumo_elimination *order, const double *unit, const double *restrict terms, int lanes,
+static void eliminate(const rumo_elimination *order, const block_pattern *patterns, const double *unit, const double *restrict terms, int lanes,
                       double *restrict work, double *restrict result) {
     for (int first = 0; first < lanes; first += LANES) {
         const int *load = order->load, *update = order->update, *store = order->store, *unknowns = order->unknowns;
         for (int b = 0; b < order->blocks; ++b) {
             const int m = order->size[b], k = order->width[b];
-            zero(work, m * (m + k + 1) * LANES);
-            for (int i = 0; i < m; ++i)
+            const int sparsely = order->sparse[b];
+            zero(work, (sparsely ? m * k + entries_of(patterns + b) : m * (m + k + 1)) * LANES);
+            for (int i = 0; !sparsely && i < m; ++i)
                 for (int l = 0; l < LANES; ++l) work[((i + 1) * (m + k + 1) - 1) * LANES + l] = unit[unknowns[i]];
             for (int e = 0; e < order->loads[b]; ++e, load += 2)
                 copy(work + load[1] * LANES, terms + (ptrdiff_t)load[0] * lanes + first, LANES);
@@ -90,7 +119,8 @@ static void eliminate(const rumo_elimination *order, const double *unit, const d
                 double *restrict place = work + update[2] * LANES;
                 for (int l = 0; l < LANES; ++l) place[l] -= coefficient[l] * known[l];
             }
-            solve_block(work, m, k);
+            if (sparsely) solve_sparse_block(patterns + b, unit, work, k);
+            else solve_block(work, m, k);
             for (int e = 0; e < order->stores[b]; ++e, store += 2)
                 copy(result + (ptrdiff_t)store[1] * lanes + first, work + store[0] * LANES, LANES);
             unknowns += m;

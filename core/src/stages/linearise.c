@@ -59,7 +59,7 @@ APART static int linearise(stage_maps *m, const double *last) {
             balance(&p->elimination, &p->M, m->terms, s.lanes, s.nw, m->block_of, m->unit);
             m->balanced = 1;
         }
-        eliminate(&p->elimination, m->unit, m->terms, s.lanes, m->work, result);
+        eliminate(&p->elimination, m->patterns, m->unit, m->terms, s.lanes, m->work, result);
         if (!all_finite(result, p->elimination.entries * s.lanes)) return 0;
         if (s.m == 1) break;
         if (j == 0) {

@@ -8,6 +8,7 @@
 
 #include "base/arena.h"
 #include "base/dims.h"
+#include "stages/sparse_factor.c"
 #include "stages/sparse.h"
 #include "stages/tape.c"
 
@@ -38,6 +39,7 @@ typedef struct stage_maps {
     double *dx_lanes, *du_lanes;  /* (nx, lanes), (nu, lanes): see expand_inner() */
     double *unit;                 /* (nw,): in which pivots compare */
     int balanced, *block_of;
+    const block_pattern *patterns; /* of sparse factors */
 } stage_maps;
 
 static inline double *results_of(const stage_maps *m, int substep) {
@@ -72,12 +74,14 @@ RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own
     m->du_lanes = alloc_doubles(a, s.ni ? s.nu * s.lanes : 0);
     int largest = 0;
     for (int b = 0; b < e->blocks; ++b) {
-        const int size = e->size[b] * (e->size[b] + e->width[b] + 1);
+        const int dense = e->size[b] * (e->size[b] + e->width[b] + 1);
+        const int size = dense + (e->sparse[b] ? e->size[b] * (e->width[b] + 2 * e->size[b]) : 0);
         largest = size > largest ? size : largest;
     }
     m->work = alloc_doubles(a, largest * LANES);
     m->unit = alloc_doubles(a, s.nw);
     m->block_of = alloc_ints(a, s.nw);
+    m->patterns = patterns_of(a, &own->factor, &p->factor);
     const rumo_pattern result = {e->entries, 0, e->row, e->column};
     const rumo_pattern composition = {composed->entries, 0, composed->row, composed->column};
     m->of_unknowns = rows_of(a, &result, s.nw);

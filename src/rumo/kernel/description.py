@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from rumo.kernel._core import TABLES
-from rumo.kernel.elimination import Positions, compose, eliminate
+from rumo.kernel.elimination import Equations, Positions, compose, eliminate
+from rumo.kernel.factor import factor
 from rumo.kernel.tape import Tape
 from rumo.signals import Array
 
@@ -128,14 +129,20 @@ def describe(stage: StageProgram, sizes: Mapping[str, int], values: Mapping[str,
         description |= {f"{name}_first": stage.first[name], f"{name}_count": len(places)}
     description |= {f"{name}_first": stage.first[name] for name in VECTORS}
     rows, nx = sizes["states"] + sizes["algebraic"], sizes["states"]
-    elimination = eliminate(stage.first, stage.positions, rows + sizes["inner"], nx, sizes["inputs"])
+    equations = Equations(stage.first, stage.positions, rows + sizes["inner"], nx, sizes["inputs"])
+    elimination = eliminate(equations)
     places = list(zip(elimination["elimination_row"].tolist(), elimination["elimination_column"].tolist(), strict=True))
     composition = compose(places if sizes["substeps"] > 1 else [], nx, rows)
-    description |= elimination | composition
+    factors = factor(equations.blocks if any(equations.sparse) else [], equations.left)
+    description |= elimination | composition | factors
     description |= {
         "elimination_blocks": len(elimination["elimination_size"]),
         "elimination_entries": len(elimination["elimination_row"]),
         "composition_entries": len(composition["composition_row"]),
+        "factor_unknowns": len(factors["factor_equation"]),
+        "factor_blocks": len(factors["factor_size"]),
+        "factor_outer": len(factors["factor_nonzero"]) - len(factors["factor_entry"]),
+        "factor_inner": len(factors["factor_entry"]),
     }
     numbers = {"constraint_limits": np.zeros(sizes["constraints"])}
     numbers |= {name: values[name] for name in NUMBERS if name in values}

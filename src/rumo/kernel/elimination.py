@@ -6,16 +6,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from rumo.graphs import strong_components
+from rumo.kernel.factor import MOST_PRODUCTS, blocks_of
 
 Positions = Sequence[tuple[int, int]]
 """(row, column) of the structural nonzeros of a matrix, sorted by rows."""
 
 
-def eliminate(
-    first: Mapping[str, int], positions: Mapping[str, Positions], unknowns: int, states: int, inputs: int
-) -> dict[str, np.ndarray]:
-    """Tables of `rumo_elimination` for `M dw = A0 dx + B du + defect`.
+class Equations:
+    """`M dw = A0 dx + B du + defect` by rows, in blocks of M in triangular order.
 
     Parameters
     ----------
@@ -25,53 +23,80 @@ def eliminate(
         Nonzeros of M, A0 and B.
     unknowns, states, inputs : int
         Sizes nw, nx and nu.
-    """
-    constant = states + inputs
-    left: list[dict[int, int]] = [{} for _ in range(unknowns)]
-    for e, (row, column) in enumerate(positions["M"]):
-        left[row][column] = first["M"] + e
-    right: list[dict[int, int]] = [{constant: first["defect"] + r} for r in range(unknowns)]
-    for e, (row, column) in enumerate(positions["A0"]):
-        right[row][column] = first["A0"] + e
-    for e, (row, column) in enumerate(positions["B"]):
-        right[row][states + column] = first["B"] + e
 
-    blocks = strong_components(left)
-    columns: dict[int, list[int]] = {}
-    for block in blocks:
-        reaching = {column for row in block for column in right[row]}
-        reaching.update(*({*columns[s]} for row in block for s in left[row] if s in columns))
-        columns |= dict.fromkeys(block, sorted(reaching))
-    result = {place: e for e, place in enumerate((r, c) for r in range(unknowns) for c in columns[r])}
+    Attributes
+    ----------
+    left, right : list of dict
+        Rows of M and of [A0 | B | defect], column to slot.
+    blocks : list of Block
+        Each depends on earlier ones only.
+    columns : list of list of int
+        Of [A0 | B | defect], those that reach each block.
+    sparse : list of bool
+        Which blocks are solved by sparse factors.
+    """
+
+    def __init__(
+        self, first: Mapping[str, int], positions: Mapping[str, Positions], unknowns: int, states: int, inputs: int
+    ) -> None:
+        self.left: list[dict[int, int]] = [{} for _ in range(unknowns)]
+        self.right = [{states + inputs: first["defect"] + r} for r in range(unknowns)]
+        for name, rows, offset in (("M", self.left, 0), ("A0", self.right, 0), ("B", self.right, states)):
+            for e, (row, column) in enumerate(positions[name]):
+                rows[row][offset + column] = first[name] + e
+        self.blocks = blocks_of(self.left)
+        reaching: dict[int, list[int]] = {}
+        for block in self.blocks:
+            found = {column for row in block.equations for column in self.right[row]}
+            found.update(*({*reaching[s]} for row in block.equations for s in self.left[row] if s in reaching))
+            reaching |= dict.fromkeys(block.unknowns, sorted(found))
+        self.columns = [reaching[block.unknowns[0]] for block in self.blocks]
+        few = sum(block.products for block in self.blocks) <= MOST_PRODUCTS
+        self.sparse = [few and block.pays(len(c)) for block, c in zip(self.blocks, self.columns, strict=True)]
+
+
+def eliminate(equations: Equations) -> dict[str, np.ndarray]:
+    """Tables of `rumo_elimination`."""
+    left, right = equations.left, equations.right
+    columns = {s: c for block, c in zip(equations.blocks, equations.columns, strict=True) for s in block.unknowns}
+    result = {place: e for e, place in enumerate((r, c) for r in range(len(left)) for c in columns[r])}
 
     load: list[tuple[int, int]] = []
     update: list[tuple[int, int, int]] = []
     store: list[tuple[int, int]] = []
     counts: list[list[int]] = []
-    for block in blocks:
-        m, reaching = len(block), columns[block[0]]
-        position = {s: j for j, s in enumerate(block)}
+    order: list[int] = []
+    for block, reaching, sparse in zip(equations.blocks, equations.columns, equations.sparse, strict=True):
+        m, k = len(block.unknowns), len(reaching)
         before = len(load), len(update), len(store)
-        for i, row in enumerate(block):
-            start = i * (m + len(reaching) + 1)
-            place = {column: start + m + j for j, column in enumerate(reaching)}
-            load += [(slot, start + position[s]) for s, slot in left[row].items() if s in position]
-            load += [(slot, place[column]) for column, slot in sorted(right[row].items())]
+        # Where the work has row i of M, and its right-hand side.
+        unknowns = block.unknowns if sparse else sorted(block.unknowns)
+        rows = block.equations if sparse else unknowns
+        position = {s: j for j, s in enumerate(unknowns)}
+        entry = block.entries() if sparse else {}
+        for i, (row, unknown) in enumerate(zip(rows, unknowns, strict=True)):
+            start = i * k if sparse else i * (m + k + 1) + m
+            place = {column: start + j for j, column in enumerate(reaching)}
             for s, slot in left[row].items():
-                if s not in position:
+                if s in position:
+                    load.append((slot, m * k + entry[i, position[s]] if sparse else start - m + position[s]))
+                else:
                     update += [(slot, result[s, column], place[column]) for column in columns[s]]
-            store += [(place[column], result[row, column]) for column in reaching]
+            load += [(slot, place[column]) for column, slot in right[row].items()]
+            store += [(place[column], result[unknown, column]) for column in reaching]
         added = [len(entries) - start for entries, start in zip((load, update, store), before, strict=True)]
-        counts.append([m, len(reaching), *added])
+        counts.append([m, k, int(sparse), *added])
+        order += unknowns
 
-    sizes = _table(counts, 5)
+    sizes = _table(counts, 6)
     return {
         "elimination_size": sizes[:, 0].copy(),
         "elimination_width": sizes[:, 1].copy(),
-        "elimination_loads": sizes[:, 2].copy(),
-        "elimination_updates": sizes[:, 3].copy(),
-        "elimination_stores": sizes[:, 4].copy(),
-        "elimination_unknowns": np.array([s for block in blocks for s in block], dtype=np.int32),
+        "elimination_sparse": sizes[:, 2].copy(),
+        "elimination_loads": sizes[:, 3].copy(),
+        "elimination_updates": sizes[:, 4].copy(),
+        "elimination_stores": sizes[:, 5].copy(),
+        "elimination_unknowns": np.array(order, dtype=np.int32),
         "elimination_load": _table(load, 2),
         "elimination_update": _table(update, 3),
         "elimination_store": _table(store, 2),
