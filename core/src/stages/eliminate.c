@@ -101,8 +101,8 @@ static OUTSIDE void solve_sparse_block(const block_pattern *b, const double *uni
 }
 
 /* terms (slots, lanes) to result (entries, lanes). */
-static void eliminate(const rumo_elimination *order, const block_pattern *patterns, const double *unit, const double *restrict terms, int lanes,
-                      double *restrict work, double *restrict result) {
+static void eliminate(const rumo_elimination *order, const block_pattern *patterns, const double *unit,
+                      const double *restrict terms, int lanes, double *restrict work, double *restrict result) {
     for (int first = 0; first < lanes; first += LANES) {
         const int *load = order->load, *update = order->update, *store = order->store, *unknowns = order->unknowns;
         for (int b = 0; b < order->blocks; ++b) {

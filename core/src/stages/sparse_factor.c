@@ -52,12 +52,19 @@ RARE static block_pattern *patterns_of(arena *a, const rumo_factor *own, const r
 
 static inline int entries_of(const block_pattern *b) { return b->size + 2 * b->fill; }
 
-/* y -= a x */
+/* y -= a x and y += a x */
 static WITHIN void subtract_product(double *restrict y, const double *restrict a, const double *restrict x,
                                     const int each, const int length) {
     if (length == 1) y[0] -= a[0] * x[0];
     for (int e = 0; e + LANES <= length; e += LANES)
         for (int l = 0; l < LANES; ++l) y[e + l] -= a[each == 1 ? 0 : l] * x[e + l];
+}
+
+static WITHIN void add_product(double *restrict y, const double *restrict a, const double *restrict x, const int each,
+                               const int length) {
+    if (length == 1) y[0] += a[0] * x[0];
+    for (int e = 0; e + LANES <= length; e += LANES)
+        for (int l = 0; l < LANES; ++l) y[e + l] += a[each == 1 ? 0 : l] * x[e + l];
 }
 
 static WITHIN void multiply(double *restrict y, const double *restrict a, const int each, const int length) {
@@ -124,6 +131,24 @@ static WITHIN void solve_factored(const block_pattern *b, const double *entries,
         }
         multiply(row, entries + p * each, each, length);
     }
+}
+
+/* The same with the transposed matrix. */
+static WITHIN void solve_transposed(const block_pattern *b, const double *entries, const int each, double *right,
+                                    const int length) {
+    const double *lower = entries + b->size * each, *upper = lower + b->fill * each;
+    const int *later = b->later;
+    for (int p = 0; p < b->size; ++p) {
+        multiply(right + p * length, entries + p * each, each, length);
+        for (int i = 0; i < b->below[p]; ++i, upper += each)
+            subtract_product(right + *later++ * length, upper, right + p * length, each, length);
+    }
+    lower += b->fill * each; /* which is where it ends */
+    for (int p = b->size - 1; p >= 0; --p)
+        for (int i = 0; i < b->below[p]; ++i) {
+            lower -= each;
+            subtract_product(right + p * length, lower, right + *--later * length, each, length);
+        }
 }
 
 #endif
