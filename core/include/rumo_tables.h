@@ -60,7 +60,8 @@
  *
  * A block's work is a dense matrix (size, size + width + 1): its part of M, then those columns of (A0, B, defect) that
  * reach it, then the unit of the row; or, where it is solved by sparse factors, those columns (size, width) alone, then the
- * entries of rumo_factor. The result [A | B | c] is sparse, entry by entry; column nx + nu is c. */
+ * entries of rumo_factor. The result [A | B | c] is sparse, entry by entry; column nx + nu is c. Without blocks and entries
+ * there is no result: the equations themselves are solved, as rumo_factor says. */
 #define RUMO_ELIMINATION_TABLE(COUNT, INTS, DOUBLES, STRUCT)                                               \
     COUNT(blocks, 0)                                                                                       \
     COUNT(entries, 0)                                                                                      \

@@ -35,6 +35,13 @@ static inline void advance(const dims *s, const double *restrict stage, const do
     }
 }
 
+/* The same of stage k, whether there are maps, as columns in `stages`, or equations to be solved. */
+static inline void advance_stage(const stage_maps *m, const double *stages, int k, const double *before, const double *du,
+                                 double *dx) {
+    if (is_wide(m)) advance_interval(&m->equations, k, before, du, dx);
+    else advance(&m->s, stages + (ptrdiff_t)k * m->s.width * m->s.ldx, before, du, dx);
+}
+
 static inline double entry(const stage_maps *m, const sparse *matrix, int e, int k) {
     return m->terms[(ptrdiff_t)(matrix->first + e) * m->s.lanes + k];
 }

@@ -55,6 +55,10 @@ APART static int linearise(stage_maps *m, const double *last) {
             copy(m->on_the_way, inside, s.nx * s.lanes);
             zero(inside, s.nx * s.lanes); /* it is where the next substep begins */
         }
+        if (is_wide(m)) {
+            if (!factor_equations(&m->equations, m->terms, j, m->correction)) return 0;
+            continue;
+        }
         if (!m->balanced) {
             balance(&p->elimination, &p->M, m->terms, s.lanes, s.nw, m->block_of, m->unit);
             m->balanced = 1;

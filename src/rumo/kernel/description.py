@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from rumo.kernel._core import TABLES
-from rumo.kernel.elimination import Equations, Positions, compose, eliminate
+from rumo.kernel.elimination import Equations, Positions, compose, eliminate, nothing_eliminated
 from rumo.kernel.factor import factor
 from rumo.kernel.tape import Tape
 from rumo.signals import Array
@@ -130,10 +130,11 @@ def describe(stage: StageProgram, sizes: Mapping[str, int], values: Mapping[str,
     description |= {f"{name}_first": stage.first[name] for name in VECTORS}
     rows, nx = sizes["states"] + sizes["algebraic"], sizes["states"]
     equations = Equations(stage.first, stage.positions, rows + sizes["inner"], nx, sizes["inputs"])
-    elimination = eliminate(equations)
+    wide = not sizes["explicit_scheme"] and equations.wide(rows, sizes["blocks"] * sizes["inputs"])
+    elimination = nothing_eliminated(rows + sizes["inner"]) if wide else eliminate(equations)
     places = list(zip(elimination["elimination_row"].tolist(), elimination["elimination_column"].tolist(), strict=True))
     composition = compose(places if sizes["substeps"] > 1 else [], nx, rows)
-    factors = factor(equations.blocks if any(equations.sparse) else [], equations.left)
+    factors = factor(equations.blocks if wide or any(equations.sparse) else [], equations.left)
     description |= elimination | composition | factors
     description |= {
         "elimination_blocks": len(elimination["elimination_size"]),

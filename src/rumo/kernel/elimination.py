@@ -12,6 +12,10 @@ Positions = Sequence[tuple[int, int]]
 """(row, column) of the structural nonzeros of a matrix, sorted by rows."""
 
 
+LANES = 8
+"""Columns that are computed together."""
+
+
 class Equations:
     """`M dw = A0 dx + B du + defect` by rows, in blocks of M in triangular order.
 
@@ -54,6 +58,33 @@ class Equations:
         few = sum(block.products for block in self.blocks) <= MOST_PRODUCTS
         self.sparse = [few and block.pays(len(c)) for block, c in zip(self.blocks, self.columns, strict=True)]
 
+    def wide(self, rows: int, free: int) -> bool:
+        """Whether condensing is faster with the equations themselves than with their result.
+
+        Parameters
+        ----------
+        rows : int
+            Variables at the end, the first of the unknowns.
+        free : int
+            Free inputs on the horizon; on average, half of them act before a stage.
+
+        Notes
+        -----
+        By times measured per stage, in 0.1 ns: an entry of the equations takes 5 for each column of responses and 60 in
+        the two sweeps of a feedback; an entry of the result 1 and 4; elimination 9 for each column and entry of sparse
+        factors, 1.5 for each multiplication of dense ones.
+        """
+        if sum(block.products for block in self.blocks) > MOST_PRODUCTS:
+            return False
+        columns = free / 2 + LANES / 2
+        entries = sum(block.fill for block in self.blocks) + sum(map(len, self.left)) + sum(map(len, self.right))
+        result = eliminated = 0.0
+        for block, reaching, sparse in zip(self.blocks, self.columns, self.sparse, strict=True):
+            m, k = len(block.unknowns), len(reaching)
+            result += k * sum(unknown < rows for unknown in block.unknowns)
+            eliminated += 9 * block.fill * k if sparse else 1.5 * m**2 * (m / 3 + k)
+        return entries * (5 * columns + 60) < result * (columns + 4) + eliminated
+
 
 def eliminate(equations: Equations) -> dict[str, np.ndarray]:
     """Tables of `rumo_elimination`."""
@@ -88,20 +119,31 @@ def eliminate(equations: Equations) -> dict[str, np.ndarray]:
         counts.append([m, k, int(sparse), *added])
         order += unknowns
 
-    sizes = _table(counts, 6)
-    return {
-        "elimination_size": sizes[:, 0].copy(),
-        "elimination_width": sizes[:, 1].copy(),
-        "elimination_sparse": sizes[:, 2].copy(),
-        "elimination_loads": sizes[:, 3].copy(),
-        "elimination_updates": sizes[:, 4].copy(),
-        "elimination_stores": sizes[:, 5].copy(),
+    return _elimination(counts, order, load, update, store, list(result))
+
+
+def nothing_eliminated(unknowns: int) -> dict[str, np.ndarray]:
+    """Tables of `rumo_elimination` where the equations themselves are solved."""
+    return _elimination([], range(unknowns), [], [], [], [])
+
+
+def _elimination(
+    counts: Sequence[object],
+    order: Sequence[int],
+    load: Sequence[object],
+    update: Sequence[object],
+    store: Sequence[object],
+    places: Positions,
+) -> dict[str, np.ndarray]:
+    sizes, result = _table(counts, 6), _table(places, 2)
+    names = ("size", "width", "sparse", "loads", "updates", "stores")
+    return {f"elimination_{name}": sizes[:, i].copy() for i, name in enumerate(names)} | {
         "elimination_unknowns": np.array(order, dtype=np.int32),
         "elimination_load": _table(load, 2),
         "elimination_update": _table(update, 3),
         "elimination_store": _table(store, 2),
-        "elimination_row": np.array([row for row, _ in result], dtype=np.int32),
-        "elimination_column": np.array([column for _, column in result], dtype=np.int32),
+        "elimination_row": result[:, 0].copy(),
+        "elimination_column": result[:, 1].copy(),
     }
 
 

@@ -30,7 +30,9 @@ RARE static void dense_lay_out(arena *a, void *self, const rumo_problem *own, co
     d->free_upper = unblocked(&s) ? bounds->input_upper + s.d * s.nu : alloc_doubles(a, s.n);
     condensed *const h = &d->condensed;
     h->held = own->blocking;
-    h->stages = alloc_doubles(a, (ptrdiff_t)s.N * s.width * s.ldx);
+    const int wide = given->elimination.blocks == 0;
+    h->stages = alloc_doubles(a, wide ? 0 : (ptrdiff_t)s.N * s.width * s.ldx);
+    h->right = alloc_doubles(a, wide ? s.nw * s.ld : 0);
     h->response = alloc_doubles(a, (ptrdiff_t)s.N * s.rows * s.ld);
     h->outputs = alloc_doubles(a, (ptrdiff_t)s.N * s.ny * s.ld);
     h->rows = alloc_doubles(a, (ptrdiff_t)s.N * s.nc * s.ld);

@@ -55,8 +55,12 @@ OUTSIDE static int dense_prepare(void *self, stage_maps *m, int shift) {
     const dims s = dims_of(&p->sizes);
     const double *scales = p->numbers.input_scales;
     condensed *const h = &d->condensed;
-    spread(&s, &m->map, m->map_row, m->maps, h->stages);
-    respond(&s, &m->map, m->end_of_A, m->maps, scales, h);
+    if (is_wide(m)) {
+        respond_widely(&m->equations, scales, h);
+    } else {
+        spread(&s, &m->map, m->map_row, m->maps, h->stages);
+        respond(&s, &m->map, m->end_of_A, m->maps, scales, h);
+    }
     reach_of(&s, h, s.N, m->reach);
     if (gate_stages(&s) < s.N) reach_of(&s, h, gate_stages(&s), m->near_reach);
     else copy(m->near_reach, m->reach, s.nx);

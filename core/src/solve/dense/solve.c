@@ -24,7 +24,7 @@ static WITHIN void set_up_qp(dense *d, const stage_maps *m, const stage_known *k
     for (int k = 0; k < s.N; ++k) {
         double *dx = step->dx + (ptrdiff_t)(k + 1) * s.ldx;
         const double *du = k < s.d || !unblocked(&s) ? step->du + k * s.nu : NULL;
-        advance(&s, h->stages + (ptrdiff_t)k * s.width * s.ldx, dx - s.ldx, du, dx);
+        advance_stage(m, h->stages, k, dx - s.ldx, du, dx);
         for (int r = 0; r < s.nc; ++r) {
             const int i = k * s.nc + r;
             d->constraints[i] =
@@ -99,7 +99,7 @@ RARE static void choose_best(dense *d, const double *guess, const double *last) 
 }
 
 /* From v to deviations of inputs and states, and constraints there. */
-static WITHIN void dense_expand(const dense *d, stage_step *step) {
+static WITHIN void dense_expand(const dense *d, const stage_maps *m, stage_step *step) {
     const dims s = dims_of(&d->problem->sizes);
     const condensed *h = &d->condensed;
     const qp *q = &d->q;
@@ -110,7 +110,7 @@ static WITHIN void dense_expand(const dense *d, stage_step *step) {
             step->du[k * s.nu + j] += scale[j] * blocked_input(&s, &h->held, d->zeros, q->v, k, j);
     for (int k = 0; k < s.N; ++k) {
         double *dx = step->dx + (ptrdiff_t)(k + 1) * s.ldx;
-        if (k >= s.d) advance(&s, h->stages + (ptrdiff_t)k * s.width * s.ldx, dx - s.ldx, step->du + k * s.nu, dx);
+        if (k >= s.d) advance_stage(m, h->stages, k, dx - s.ldx, step->du + k * s.nu, dx);
         for (int i = k * s.nc; i < (k + 1) * s.nc; ++i)
             step->constraints[i] = d->constraints[i] + (k < s.d ? 0.0 : q->value[q->dense + i]);
     }
@@ -154,7 +154,7 @@ static rumo_status dense_solve(void *self, const stage_maps *m, const stage_know
     if (status == RUMO_BUDGET_EXCEEDED) choose_best(d, m->guess_values, known->decided + (decided_inputs(&s) - 1) * s.nu);
     step->size = largest_size(q->v, s.ld);
     step->kkt_residual = status == RUMO_OPTIMAL ? slope_at_guess(d) : NAN; /* else v is not the solver's */
-    dense_expand(d, step);
+    dense_expand(d, m, step);
     return status;
 }
 
