@@ -32,6 +32,8 @@ logger = logging.getLogger("rumo")
 SOURCES = Path(extension).parent / "core"
 PATIENCE = 120.0
 """Time that a compiler may take [s]."""
+LONGEST = 4000
+"""Instructions of wide models that are worth compiling: some seconds, for a tenth of their time."""
 SUFFIX = ".dll" if os.name == "nt" else ".so"
 
 DENSE = "solve/dense/dense.c"
@@ -64,7 +66,7 @@ def portable() -> Build:
 
 
 def tailored(description: Description, solver: str = DENSE) -> Build:
-    """The build for a problem, compiled if the cache has none; the portable one if that is not possible.
+    """The build for a problem, compiled if the cache has none; the portable one if that is not possible or no gain.
 
     Parameters
     ----------
@@ -73,6 +75,10 @@ def tailored(description: Description, solver: str = DENSE) -> Build:
     solver : str
         The file that defines the stage solver, see `solve/stage_solver.h`.
     """
+    length = len(description.tape.code) + len(description.inner_tape.code)
+    if description.values["elimination_blocks"] == 0 and length > LONGEST:
+        logger.info("The portable build of the core is used: compiling so wide a model takes long and gains little.")
+        return portable()
     try:
         sources = _sources(description, solver)
         command = _compiler()
