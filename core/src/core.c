@@ -5,7 +5,7 @@
  *   RUMO_BUILD     what it was built for, a string
  *   RUMO_SOLVER    file that defines the stage solver, see solve/stage_solver.h; dense condensing if not given
  *   RUMO_TAILORED  with RUMO_SIZES, the members of rumo_sizes, and RUMO_EVALUATE, a file that defines evaluate() and
- *                  evaluate_inner() of tape.c for one model
+ *                  evaluate_inner() of tape.c for one model; RUMO_SPARSE and RUMO_WIDE, see base/dims.h
  */
 #include "base/system.h"
 

@@ -36,10 +36,10 @@ static inline void advance(const dims *s, const double *restrict stage, const do
 }
 
 /* The same of stage k, whether there are maps, as columns in `stages`, or equations to be solved. */
-static inline void advance_stage(const stage_maps *m, const double *stages, int k, const double *before, const double *du,
-                                 double *dx) {
+static inline void advance_stage(const stage_maps *m, const dims *s, const double *stages, int k, const double *before,
+                                 const double *du, double *dx) {
     if (is_wide(m)) advance_interval(&m->equations, k, before, du, dx);
-    else advance(&m->s, stages + (ptrdiff_t)k * m->s.width * m->s.ldx, before, du, dx);
+    else advance(s, stages + (ptrdiff_t)k * s->width * s->ldx, before, du, dx);
 }
 
 static inline double entry(const stage_maps *m, const sparse *matrix, int e, int k) {

@@ -8,6 +8,7 @@
 
 #include "rumo_core.h"
 
+#include "base/dims.h"
 #include "base/lanes.h"
 #include "stages/sparse_factor.c"
 
@@ -107,7 +108,7 @@ static void eliminate(const rumo_elimination *order, const block_pattern *patter
         const int *load = order->load, *update = order->update, *store = order->store, *unknowns = order->unknowns;
         for (int b = 0; b < order->blocks; ++b) {
             const int m = order->size[b], k = order->width[b];
-            const int sparsely = order->sparse[b];
+            const int sparsely = RUMO_SPARSE && order->sparse[b];
             zero(work, (sparsely ? m * k + entries_of(patterns + b) : m * (m + k + 1)) * LANES);
             for (int i = 0; !sparsely && i < m; ++i)
                 for (int l = 0; l < LANES; ++l) work[((i + 1) * (m + k + 1) - 1) * LANES + l] = unit[unknowns[i]];

@@ -50,7 +50,7 @@ static inline double *results_of(const stage_maps *m, int substep) {
 }
 
 /* Whether there are no maps, but equations to be solved: many states, and few inputs. */
-static inline int is_wide(const stage_maps *m) { return m->problem->elimination.blocks == 0; }
+static inline int is_wide(const stage_maps *m) { return RUMO_WIDE && m->problem->elimination.blocks == 0; }
 
 /* In memory or, to measure it, without; `p` is the problem as given, `own` the copy that stays. */
 RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own, const rumo_problem *p) {
@@ -88,7 +88,7 @@ RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own
     m->unit = alloc_doubles(a, s.nw);
     m->block_of = alloc_ints(a, s.nw);
     m->patterns = patterns_of(a, &own->factor, &p->factor);
-    if (e->blocks == 0) {
+    if (RUMO_WIDE && e->blocks == 0) {
         lay_out_equations(a, &m->equations, m->patterns, own, p);
         m->correction = alloc_doubles(a, (ptrdiff_t)s.nw * s.lanes);
     }

@@ -128,6 +128,8 @@ def _sources(description: Description, solver: str = DENSE) -> tuple[str, str]:
 #define RUMO_TABLE rumo_core_tailored
 #define RUMO_BUILD "tailored"
 #define RUMO_EVALUATE "model.h"
+#define RUMO_SPARSE {int(description.values["elimination_sparse"].any())}
+#define RUMO_WIDE {int(description.values["elimination_blocks"] == 0)}
 #define RUMO_SOLVER "{solver}"
 #include "core.c"
 """,

@@ -24,7 +24,7 @@ static WITHIN void set_up_qp(dense *d, const stage_maps *m, const stage_known *k
     for (int k = 0; k < s.N; ++k) {
         double *dx = step->dx + (ptrdiff_t)(k + 1) * s.ldx;
         const double *du = k < s.d || !unblocked(&s) ? step->du + k * s.nu : NULL;
-        advance_stage(m, h->stages, k, dx - s.ldx, du, dx);
+        advance_stage(m, &s, h->stages, k, dx - s.ldx, du, dx);
         for (int r = 0; r < s.nc; ++r) {
             const int i = k * s.nc + r;
             d->constraints[i] =
@@ -110,7 +110,7 @@ static WITHIN void dense_expand(const dense *d, const stage_maps *m, stage_step 
             step->du[k * s.nu + j] += scale[j] * blocked_input(&s, &h->held, d->zeros, q->v, k, j);
     for (int k = 0; k < s.N; ++k) {
         double *dx = step->dx + (ptrdiff_t)(k + 1) * s.ldx;
-        if (k >= s.d) advance_stage(m, h->stages, k, dx - s.ldx, step->du + k * s.nu, dx);
+        if (k >= s.d) advance_stage(m, &s, h->stages, k, dx - s.ldx, step->du + k * s.nu, dx);
         for (int i = k * s.nc; i < (k + 1) * s.nc; ++i)
             step->constraints[i] = d->constraints[i] + (k < s.d ? 0.0 : q->value[q->dense + i]);
     }
