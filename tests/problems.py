@@ -8,7 +8,7 @@ from rumo.controllers.engines.guarded import Guarded
 from rumo.controllers.engines.numpy import NumpyRti
 from rumo.references import SinePath
 from rumo.studies import PaperStudy
-from rumo.textbook import cart_pendulum, robertson_reactor, van_de_vusse_reactor
+from rumo.textbook import cart_pendulum, heat_rod, robertson_reactor, van_de_vusse_reactor
 from rumo.transcription import Transcription
 from rumo.vehicles import PAPER_CAR
 
@@ -125,6 +125,19 @@ def cooled_reactor():
         safe_input={"flow": 14.19, "cooling": -1113.5},
     )
     return problem, [2.14, 1.09, 114.2, 112.9], {"c_b": 1.11}
+
+
+def rod(cells=8, **changes):
+    """Heat the middle of a rod from one end."""
+    middle = f"t_{cells // 2}"
+    settings = {
+        "horizon": 20,
+        "sampling_time": 20.0,
+        "track": {middle: rumo.Weight(1.0, range=50.0)},
+        "moves": {"heating": rumo.Weight(0.1, range=1e5)},
+        "bounds": {"heating": (0.0, 1e5), "t_1": rumo.Bounds(upper=90.0, penalty=rumo.Penalty(1.0))},
+    }
+    return rumo.Problem(heat_rod(cells), **(settings | changes))
 
 
 PROBLEMS = {

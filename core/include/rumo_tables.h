@@ -61,13 +61,16 @@
  *
  * A block's work is a dense matrix (size, size + width + 1): its part of M, then those columns of (A0, B, defect) that
  * reach it, then the unit of the row. Rows and columns are in an order whose pivots, on the diagonal, are expected to be
- * large; what is not zero when a pivot's turn comes, in its column below it and in its row right of it, is listed.
- * The result [A | B | c] is sparse, entry by entry; column nx + nu is c. */
+ * large; what is not zero when a pivot's turn comes, in its column below it and in its row right of it, is listed. Or, where
+ * a block is solved by sparse factors, its work is those columns (size, width) alone, then the entries of rumo_factor, and
+ * nothing is listed. The result [A | B | c] is sparse, entry by entry; column nx + nu is c. Without blocks and entries there
+ * is no result: the equations themselves are solved, as rumo_factor says. */
 #define RUMO_ELIMINATION_TABLE(COUNT, INTS, DOUBLES, STRUCT)                                               \
     COUNT(blocks, 0)                                                                                       \
     COUNT(entries, 0)                                                                                      \
     INTS(size, t->blocks, 1)                                                                               \
     INTS(width, t->blocks, 1)                                                                              \
+    INTS(sparse, t->blocks, 1) /* whether by sparse factors */                                             \
     INTS(loads, t->blocks, 1)  /* how many entries of the three lists below are a block's */               \
     INTS(updates, t->blocks, 1)                                                                            \
     INTS(stores, t->blocks, 1)                                                                             \
@@ -81,6 +84,27 @@
     INTS(store, rumo_sum(t->stores, t->blocks), 2)             /* place, entry of the result */            \
     INTS(row, t->entries, 1)                                   /* of the result, sorted by rows */         \
     INTS(column, t->entries, 1)
+
+/* How M is factored without pivoting: a sparse LU of each block, for models of many unknowns; none (0 unknowns) where that
+ * does not pay.
+ *
+ * Pivot q is where equation[q] and unknown[q] meet; each of its block's rows in `later` has an entry below it, and one right
+ * of it. Nonzeros of M are given by their slot and by the pivots in whose row and column they are: those outside of the
+ * blocks by rows, then those inside. Entries of the factors are counted block by block: pivots, those below them, those
+ * right of them; counted from the beginning of the block, `target` is where rows and columns of `later` meet. */
+#define RUMO_FACTOR_TABLE(COUNT, INTS, DOUBLES, STRUCT)                                           \
+    COUNT(unknowns, 0)                                                                            \
+    COUNT(blocks, 0)                                                                              \
+    COUNT(outer, 0)                                                                               \
+    COUNT(inner, 0)                                                                               \
+    INTS(size, t->blocks, 1)                                                                      \
+    INTS(equation, t->unknowns, 1)                                                                \
+    INTS(unknown, t->unknowns, 1)                                                                 \
+    INTS(below, t->unknowns, 1)                                  /* entries below a pivot */      \
+    INTS(later, rumo_sum(t->below, t->unknowns), 1)              /* counted within the block */   \
+    INTS(target, rumo_sum_of_squares(t->below, t->unknowns), 1)                                   \
+    INTS(nonzero, t->outer + t->inner, 3)                        /* slot, row, column */          \
+    INTS(entry, t->inner, 1)                                     /* of the factors, of all blocks */
 
 /* How the maps of substeps become that of their interval; no entries where there is but one.
  *
@@ -149,6 +173,7 @@
     COUNT(G_first, 0)                                                                                              \
     COUNT(defect_first, 0)                                                                                         \
     STRUCT(rumo_elimination, elimination)                                                                          \
+    STRUCT(rumo_factor, factor)                                                                                    \
     STRUCT(rumo_composition, composition)                                                                          \
     STRUCT(rumo_shift, shift)                                                                                      \
     STRUCT(rumo_blocking, blocking)                                                                                \
@@ -171,6 +196,7 @@
     TABLE(rumo_tape, RUMO_TAPE_TABLE)               \
     TABLE(rumo_pattern, RUMO_PATTERN_TABLE)         \
     TABLE(rumo_elimination, RUMO_ELIMINATION_TABLE) \
+    TABLE(rumo_factor, RUMO_FACTOR_TABLE)           \
     TABLE(rumo_composition, RUMO_COMPOSITION_TABLE) \
     TABLE(rumo_shift, RUMO_SHIFT_TABLE)             \
     TABLE(rumo_blocking, RUMO_BLOCKING_TABLE)       \
@@ -193,6 +219,12 @@ typedef enum rumo_rule {
 static inline int rumo_sum(const int *counts, int length) {
     int sum = 0;
     for (int i = 0; i < length; ++i) sum += counts[i];
+    return sum;
+}
+
+static inline int rumo_sum_of_squares(const int *counts, int length) {
+    int sum = 0;
+    for (int i = 0; i < length; ++i) sum += counts[i] * counts[i];
     return sum;
 }
 

@@ -80,23 +80,31 @@ RARE static rumo_fault check_tape(const char *part, const rumo_tape *tape, const
     return no_fault;
 }
 
-RARE static rumo_fault check_elimination(const rumo_elimination *e, const rumo_sizes *s) {
+/* A permutation of the unknowns. */
+RARE static rumo_fault check_all_once(const char *part, const char *member, const int *x, int count) {
+    TRY(check_words(part, member, x, count, 1, (ranges){0, {count, 0, 0}}));
+    for (int i = 0; i < count; ++i)
+        for (int j = 0; j < i; ++j)
+            if (x[i] == x[j]) return (rumo_fault){RUMO_OUT_OF_RANGE, part, member, i};
+    return no_fault;
+}
+
+RARE static rumo_fault check_elimination(const rumo_elimination *e, const rumo_sizes *s, int wide) {
     const char *const part = "elimination";
     const int nw = RUMO_UNKNOWNS, known = s->states + s->inputs + 1;
     const ranges any = {0, {1 << 20, 0, 0}}; /* lengths: nothing is that long */
     const int *const counts[] = {e->loads, e->updates, e->stores};
     const char *const names[] = {"loads", "updates", "stores"};
-    for (int i = 0; i < 3; ++i) TRY(check_words(part, names[i], counts[i], e->blocks, 1, any));
-    TRY(check_words(part, "size", e->size, e->blocks, 1, (ranges){1, {nw + 1, 0, 0}}));
-    TRY(check_words(part, "width", e->width, e->blocks, 1, (ranges){0, {known + 1, 0, 0}}));
-    if (rumo_sum(e->size, e->blocks) != nw) return (rumo_fault){RUMO_OUT_OF_RANGE, part, "size", e->blocks};
-    TRY(check_words(part, "unknowns", e->unknowns, nw, 1, (ranges){0, {nw, 0, 0}}));
-    for (int i = 0; i < nw; ++i)
-        for (int j = 0; j < i; ++j)
-            if (e->unknowns[i] == e->unknowns[j]) return (rumo_fault){RUMO_OUT_OF_RANGE, part, "unknowns", i};
-    const int *load = e->load, *update = e->update, *store = e->store, *lower = e->lower, *upper = e->upper;
     TRY(check_words(part, "below", e->below, nw, 1, any));
     TRY(check_words(part, "across", e->across, nw, 1, any));
+    if (wide) return no_fault;
+    for (int i = 0; i < 3; ++i) TRY(check_words(part, names[i], counts[i], e->blocks, 1, any));
+    TRY(check_words(part, "size", e->size, e->blocks, 1, (ranges){1, {nw + 1, 0, 0}}));
+    TRY(check_words(part, "sparse", e->sparse, e->blocks, 1, (ranges){0, {2, 0, 0}}));
+    TRY(check_words(part, "width", e->width, e->blocks, 1, (ranges){0, {known + 1, 0, 0}}));
+    if (rumo_sum(e->size, e->blocks) != nw) return (rumo_fault){RUMO_OUT_OF_RANGE, part, "size", e->blocks};
+    TRY(check_all_once(part, "unknowns", e->unknowns, nw));
+    const int *load = e->load, *update = e->update, *store = e->store, *lower = e->lower, *upper = e->upper;
     for (int b = 0, r = 0; b < e->blocks; ++b) {
         for (int p = 0; p < e->size[b]; ++p, ++r) {
             TRY(check_words(part, "lower", lower, e->below[r], 1, (ranges){p + 1, {e->size[b], 0, 0}}));
@@ -113,6 +121,31 @@ RARE static rumo_fault check_elimination(const rumo_elimination *e, const rumo_s
         store += 2 * e->stores[b];
     }
     return check_places(part, e->row, e->column, e->entries, nw, known);
+}
+
+RARE static rumo_fault check_factor(const rumo_factor *f, const rumo_sizes *s) {
+    const char *const part = "factor";
+    const int nw = f->unknowns;
+    if (nw != 0 && nw != RUMO_UNKNOWNS) return (rumo_fault){RUMO_OUT_OF_RANGE, part, "unknowns", -1};
+    TRY(check_words(part, "size", f->size, f->blocks, 1, (ranges){1, {nw + 1, 0, 0}}));
+    if (rumo_sum(f->size, f->blocks) != nw) return (rumo_fault){RUMO_OUT_OF_RANGE, part, "size", f->blocks};
+    TRY(check_all_once(part, "equation", f->equation, nw));
+    TRY(check_all_once(part, "unknown", f->unknown, nw));
+    TRY(check_words(part, "nonzero", f->nonzero, f->outer + f->inner, 3, (ranges){0, {s->slots, nw, nw}}));
+    for (int e = 1; e < f->outer; ++e)
+        if (f->nonzero[3 * e + 1] < f->nonzero[3 * e - 2]) return (rumo_fault){RUMO_OUT_OF_ORDER, part, "nonzero", 3 * e + 1};
+    const int *below = f->below, *later = f->later, *target = f->target;
+    int entries = 0;
+    for (int b = 0, pivot = 0; b < f->blocks; ++b) {
+        const int size = f->size[b], own = size + 2 * rumo_sum(below, size);
+        for (int p = 0; p < size; ++p, ++pivot, later += *below, target += *below * *below, ++below) {
+            if (*below < 0 || *below >= size - p) return (rumo_fault){RUMO_OUT_OF_RANGE, part, "below", pivot};
+            TRY(check_words(part, "later", later, *below, 1, (ranges){p + 1, {size, 0, 0}}));
+            TRY(check_words(part, "target", target, *below * *below, 1, (ranges){0, {own, 0, 0}}));
+        }
+        entries += own;
+    }
+    return check_words(part, "entry", f->entry, f->inner, 1, (ranges){0, {entries, 0, 0}});
 }
 
 RARE static rumo_fault check_composition(const rumo_problem *p) {
@@ -166,7 +199,13 @@ RARE static rumo_fault check_problem(const rumo_problem *p) {
     if (p->G_first > slots - s->constraints) return (rumo_fault){RUMO_OUT_OF_RANGE, "", "G_first", -1};
     if (p->defect_first > slots - nw) return (rumo_fault){RUMO_OUT_OF_RANGE, "", "defect_first", -1};
     if (p->Cx.first < p->defect_first + nw) return (rumo_fault){RUMO_OUT_OF_ORDER, "Cx", "first", -1};
-    TRY(check_elimination(&p->elimination, s));
+    const int wide = p->elimination.blocks == 0 && p->elimination.entries == 0 && p->factor.unknowns > 0;
+    if (wide && !s->condensing) return (rumo_fault){RUMO_TOO_SMALL, "sizes", "condensing", -1};
+    TRY(check_elimination(&p->elimination, s, wide));
+    TRY(check_factor(&p->factor, s));
+    for (int b = 0; b < p->elimination.blocks; ++b)
+        if (p->elimination.sparse[b] && (b >= p->factor.blocks || p->factor.size[b] != p->elimination.size[b]))
+            return (rumo_fault){RUMO_OUT_OF_RANGE, "elimination", "sparse", b};
     TRY(check_composition(p));
     TRY(check_shift(&p->shift, p->inner_signals, s));
     TRY(check_blocking(&p->blocking, s));

@@ -6,7 +6,7 @@
  *   RUMO_SOLVER    file that defines another stage solver, see solve/stage_solver.h
  *   RUMO_TAILORED  with RUMO_SIZES, the members of rumo_sizes, and RUMO_EVALUATE, a file that defines evaluate() and
  *                  evaluate_inner() of tape.c, eliminate_in_order() of eliminate.c and compose_in_code() of compose.c for
- *                  one model
+ *                  one model; RUMO_SPARSE and RUMO_WIDE, see base/dims.h
  */
 #include "base/system.h"
 

@@ -44,9 +44,10 @@ static double straying(const stage_maps *m) {
     const dims *s = &m->s;
     double worst = 0.0;
     for (int r = 0; r < s->nx; ++r) {
-        const int e = m->map.start[r + 1] - 1; /* the last entry of a row is c, if it has one */
-        if (e < m->map.start[r] || m->map.column[e] != s->width - 1 || !(m->reach[r] > 0.0)) continue;
-        const double *c = m->maps + (ptrdiff_t)e * s->lanes;
+        const int e = is_wide(m) ? -1 : m->map.start[r + 1] - 1; /* the last entry of a row is c, if it has one */
+        const int there = is_wide(m) || (e >= m->map.start[r] && m->map.column[e] == s->width - 1);
+        if (!there || !(m->reach[r] > 0.0)) continue;
+        const double *c = is_wide(m) ? m->correction + (ptrdiff_t)r * s->lanes : m->maps + (ptrdiff_t)e * s->lanes;
         const int whole = (s->N - 1) / LANES * LANES;
         double largest = largest_size(c, whole);
         for (int k = whole; k + 1 < s->N; ++k) largest = larger(largest, fabs(c[k]));

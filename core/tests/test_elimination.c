@@ -7,7 +7,7 @@
 
 #include <stdlib.h>
 
-enum { MAX_STATES = 16, MAX_INPUTS = 4, MAX_WIDTH = MAX_STATES + MAX_INPUTS + 1, MAX_SLOTS = 512 };
+enum { MAX_STATES = 32, MAX_INPUTS = 4, MAX_WIDTH = MAX_STATES + MAX_INPUTS + 1, MAX_SLOTS = 1024 };
 
 /* M x = right, in place, with rows made equally large first; 0 if M is singular. */
 static int solve_dense(int n, int width, long double M[MAX_STATES][MAX_STATES],
@@ -116,30 +116,39 @@ static int compare(const rumo_problem *p, int lanes, int k, const double *unit, 
 int main(void) {
     enum { LANES_ALL = 8, ROUNDS = 20 };
     static double terms[MAX_SLOTS * LANES_ALL], result[MAX_STATES * MAX_WIDTH * LANES_ALL],
-        straight[MAX_STATES * MAX_WIDTH * LANES_ALL], work[MAX_STATES * (MAX_WIDTH + MAX_STATES) * LANES_ALL];
+        straight[MAX_STATES * MAX_WIDTH * LANES_ALL], work[MAX_STATES * (2 * MAX_WIDTH + 3 * MAX_STATES) * LANES_ALL];
     double unit[MAX_STATES], row_unit[MAX_STATES], lack[LANES_ALL];
-    int block_of[MAX_STATES], singular = 0, compared = 0, in_order = 0, exchanged = 0;
+    static _Alignas(ALIGNMENT) unsigned char memory[1 << 14];
+    int block_of[MAX_STATES], singular = 0, compared = 0, in_order = 0, exchanged = 0, sparsely = 0, spoiled = 0;
     for (int i = 0; i < PATTERNS; ++i) {
         const rumo_problem *p = patterns[i].problem;
-        if (p->sizes.slots > MAX_SLOTS || p->sizes.states > MAX_STATES || p->sizes.inputs > MAX_INPUTS) abort();
+        arena a = {memory, 0};
+        const block_pattern *blocks = patterns_of(&a, &p->factor, &p->factor);
+        const int sparse = rumo_sum(p->elimination.sparse, p->elimination.blocks);
+        if (a.used > sizeof memory || p->sizes.slots > MAX_SLOTS || p->sizes.states > MAX_STATES || p->sizes.inputs > MAX_INPUTS) abort();
         for (int round = 0; round < ROUNDS; ++round) {
             fill(p, LANES_ALL, round % 2 ? 1e6 : 1.0, unit, terms);
             balance(&p->elimination, &p->M, terms, LANES_ALL, p->sizes.states, block_of, row_unit);
-            const int exchanges = eliminate_chunk(&p->elimination, row_unit, terms, LANES_ALL, work, result);
-            CHECK(patterns[i].straight(row_unit, PATIENCE, terms, straight, lack), "pattern %d has no code", i);
+            const int exchanges = eliminate_chunk(&p->elimination, blocks, row_unit, terms, LANES_ALL, work, result);
+            const int written = patterns[i].straight(row_unit, PATIENCE, terms, straight, lack);
+            CHECK(written ? !sparse : p->sizes.states > 10, "pattern %d has %s code", i, written ? "some" : "no");
             int lacking = 0;
             for (int k = 0; k < LANES_ALL; ++k) {
                 if (compare(p, LANES_ALL, k, unit, terms, result)) ++compared;
                 else ++singular;
+                if (!written) continue;
                 if (lack[k] == 0.0) compare(p, LANES_ALL, k, unit, terms, straight);
                 lacking |= lack[k] > 0.0;
             }
             CHECK(!lacking || exchanges, "pattern %d: a pivot is too small for the code alone", i);
-            if (exchanges) ++exchanged;
-            else ++in_order;
+            exchanged += exchanges > 0;
+            in_order += exchanges == 0;
+            sparsely += sparse > 0;
+            spoiled += sparse > 0 && exchanges > 0;
         }
     }
     CHECK(compared > singular, "%d compared, %d singular", compared, singular);
     CHECK(in_order > 50 && exchanged > 50, "%d in order, %d with exchanges", in_order, exchanged);
+    CHECK(sparsely > 50 && spoiled > 5, "%d with sparse blocks, %d with exchanges", sparsely, spoiled);
     return finish();
 }

@@ -161,9 +161,10 @@ class Model:
             )
         )
         self.xz = ca.vertcat(self.x, self.z)
+        self._own = {s.element_hash() for s in ca.symvar(ca.vertcat(self.xz, self.u, self.p))}
 
     def __getstate__(self) -> dict[str, Any]:
-        state = {name: value for name, value in vars(self).items() if name not in ("x", "z", "u", "p", "xz")}
+        state = {name: value for name, value in vars(self).items() if name not in ("x", "z", "u", "p", "xz", "_own")}
         return state | {"_outputs": self.packed(self._outputs.values())}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -235,7 +236,7 @@ class Model:
     def scalar(self, expression: Any, argument: str) -> Any:
         """`expression` as a 1 x 1 SX of x, u and p only; anything else raises, naming `argument`."""
         result = as_scalar(expression, argument)
-        foreign = [s.name() for s in ca.symvar(result) if not any(ca.is_equal(s, own) for own in self._own_symbols())]
+        foreign = [s.name() for s in ca.symvar(result) if s.element_hash() not in self._own]
         if foreign:
             raise ArgumentError(
                 argument,
@@ -248,9 +249,6 @@ class Model:
     def depends(self, expression: Any) -> bool:
         """Whether some variable or input appears in an expression."""
         return bool(ca.depends_on(expression, ca.vertcat(self.xz, self.u)))
-
-    def _own_symbols(self) -> list[Any]:
-        return [symbol for vector in (self.x, self.z, self.u, self.p) for symbol in ca.symvar(vector)]
 
     def _reject_undetermined(self, equations: list[Any]) -> None:
         """Raise unless the algebraic equations determine the algebraic variables, by their structure."""

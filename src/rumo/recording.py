@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache, partial
 from typing import Any
 
 import casadi as ca
@@ -94,5 +95,5 @@ def stage_program(transcription: Transcription) -> StageProgram:
 
     alone = transcription.discretization.substeps == 1
     inner = None if alone else tape(np.flatnonzero(varying & inside))
-    samples = newton_matrices(transcription)
+    samples = cache(partial(newton_matrices, transcription))
     return StageProgram(tape(np.flatnonzero(varying)), inner, fixed, first, positions, samples)

@@ -7,7 +7,17 @@ from collections.abc import Callable
 from rumo import discretization as schemes
 from rumo.controllers import DirectNlp, LinearTimeVarying, RealTimeIteration
 from rumo.model import Model
-from rumo.textbook import cart_pendulum, robertson_dae, robertson_reactor, van_de_vusse_reactor, van_der_pol
+from rumo.textbook import (
+    cart_pendulum,
+    gas_pipeline,
+    heat_rod,
+    mass_chain,
+    robertson_dae,
+    robertson_reactor,
+    tubular_reactor,
+    van_de_vusse_reactor,
+    van_der_pol,
+)
 from rumo.vehicles import PAPER_CAR, dynamic_bicycle, four_wheel
 
 MODELS: dict[str, Callable[[], Model]] = {
@@ -18,8 +28,12 @@ MODELS: dict[str, Callable[[], Model]] = {
     "robertson_dae": robertson_dae,
     "van_de_vusse_reactor": van_de_vusse_reactor,
     "van_der_pol": van_der_pol,
+    "heat_rod": heat_rod,
+    "tubular_reactor": tubular_reactor,
+    "mass_chain": mass_chain,
+    "gas_pipeline": gas_pipeline,
 }
-"""Model factories; the vehicles with the paper's parameters."""
+"""Model factories; the vehicles with the paper's parameters, those in many equal parts with few of them."""
 
 DISCRETIZATIONS: dict[str, type[schemes.Discretization]] = {
     "implicit-euler": schemes.ImplicitEuler,

@@ -14,6 +14,7 @@ import numpy as np
 from rumo.checks import checked
 from rumo.discretization import Discretization, ImplicitEuler
 from rumo.errors import ArgumentError
+from rumo.influence import influenced
 from rumo.problem import Problem
 from rumo.signals import Array
 
@@ -121,7 +122,7 @@ class Transcription:
 
         self.terms = self._linearised(phi, w, x, u, given)
         self.arguments = [end[:nx], x, u, given, ca.vertcat(end[nx:], e)]
-        self.imposed = self._influenced()
+        self.imposed = influenced(self.terms, problem.horizon, problem.delay, scheme.substeps)
         self._path = self.constraints.map(problem.horizon)
 
     @cached_property
@@ -273,25 +274,3 @@ class Transcription:
             "D": ca.jacobian(G, xz),
             "E": ca.jacobian(G, u),
         }
-
-    def _influenced(self) -> Any:
-        """Propagate by sparsity patterns which variables depend on a free input, substep by substep."""
-        problem, terms = self.problem, self.terms
-        pattern = {
-            name: np.asarray(ca.DM(terms[name].sparsity(), 1).full() != 0.0) for name in ("A0", "M", "B", "D", "E")
-        }
-        # w depends on everything that reaches it through M^-1: with M = I - A1, that is I + A1 + A1^2 + ...
-        nx, nw, size = len(problem.model.states), len(pattern["M"]), len(problem.model.variables)
-        closure = np.eye(nw, dtype=bool) | pattern["M"]
-        for _ in range(nw.bit_length()):
-            closure = closure @ closure
-        imposed = np.zeros((problem.horizon, len(problem.constraints)), dtype=bool)
-        influenced = np.zeros(size, dtype=bool)
-        for k in range(problem.horizon):
-            of_inputs = pattern["B"].any(axis=1) if k >= problem.delay else False
-            for _ in range(self.discretization.substeps):
-                before, influenced = influenced, (closure @ (pattern["A0"] @ influenced[:nx] | of_inputs))[:size]
-                if (before == influenced).all():
-                    break
-            imposed[k] = pattern["D"] @ influenced | (pattern["E"].any(axis=1) if k >= problem.delay else False)
-        return imposed

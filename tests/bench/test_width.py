@@ -4,21 +4,12 @@ import json
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
 from rumo.bench import measuring, width
 from rumo.bench.rivals import CasadiSqp
-from rumo.bench.width import FAMILIES, drive, exponent, heat_rod, width_report
+from rumo.bench.width import FAMILIES, drive, exponent, width_report
 from rumo.cli.app import app
-
-
-def test_a_heated_rod_comes_to_a_straight_line_of_temperatures():
-    cells, length, conductivity, heating = 40, 0.3, 237.0, 1e4
-    f = heat_rod(cells).model.f
-    run = solve_ivp(lambda t, x: f(x, heating, []).full().ravel(), (0.0, 4e3), np.full(cells, 20.0), method="LSODA")
-    places = (np.arange(cells) + 0.5) * length / cells
-    np.testing.assert_allclose(run.y[:, -1], 20.0 + heating * (length - places) / conductivity, rtol=1e-3)
 
 
 @pytest.mark.parametrize("family", FAMILIES)

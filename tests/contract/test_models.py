@@ -17,6 +17,10 @@ NATURAL = {
     "robertson_reactor": {"a": 0.8, "b": 2e-5, "c": 0.2},
     "robertson_dae": {"a": 0.8, "b": 2e-5, "c": 0.2},
     "van_der_pol": {"position": 1.5, "speed": -1.2},
+    "heat_rod": {f"t_{i}": 20.0 + 5.0 * i for i in range(1, 9)},
+    "tubular_reactor": {f"c_{i}": 4000.0 for i in range(1, 6)} | {f"t_{i}": 72.0 for i in range(1, 6)},
+    "mass_chain": {"x_1": 0.5, "v_1": 0.2, "x_12": -0.3},
+    "gas_pipeline": {f"p_{i}": 62.0 - 2.0 * i for i in range(1, 7)} | {f"q_{i}": 60.0 for i in range(1, 7)},
     "van_de_vusse_reactor": {"c_a": 2.14, "c_b": 1.09, "temperature": 114.2, "jacket": 112.9},
 }
 

@@ -11,7 +11,7 @@ import pytest
 import rumo
 
 SOURCE = Path(rumo.__file__).parent
-LEAVES = ["version", "errors", "checks", "status", "signals", "sealed", "files", "interrupts", "expressions"]
+LEAVES = ["version", "errors", "checks", "status", "signals", "sealed", "files", "interrupts", "expressions", "graphs"]
 ROOMS = [
     "model",
     "grid",
@@ -22,6 +22,7 @@ ROOMS = [
     "problem",
     "discretization",
     "kernel",
+    "influence",
     "transcription",
     "shift",
     "nominal",

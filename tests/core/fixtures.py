@@ -10,7 +10,9 @@ import rumo
 from rumo.controllers.engines.described import core_problem
 from rumo.kernel import describe, problem_source
 from rumo.kernel.description import MATRICES, NUMBERS, SIZES, Description, StageProgram, members
+from rumo.kernel.elimination import Equations, eliminate
 from rumo.kernel.export import array_source
+from rumo.kernel.factor import factor
 from rumo.kernel.straight import elimination_source
 from rumo.kernel.tailored import model_source
 from rumo.kernel.tape import Tape
@@ -201,44 +203,83 @@ def fixture_header(chosen, samples):
     return "\n".join(parts)
 
 
-def pattern_header(count=24, seed=1):
-    """The header patterns.h: eliminations of random sparsity, as problems with nothing else and as straight lines."""
+def pattern_header(count=32, seed=1):
+    """The header patterns.h: equations of random sparsity, in problems that have nothing else.
+
+    Small ones, a quarter of them with sparse blocks, and their elimination as straight lines; and wide ones.
+    """
     rng = np.random.default_rng(seed)
-    declared = """\
+    small, wide = [], []
+    for index in range(count):
+        sparse = index % 4 == 3
+        nx = 24 if sparse else int(rng.integers(1, 11))
+        # From triangular to one block of all; diagonals need not be there, but something must be to pivot on.
+        pattern = rng.random((nx, nx)) < (0.06 if sparse else rng.choice([0.1, 0.3, 0.9]))
+        pattern |= np.eye(nx, dtype=bool)[rng.permutation(nx)] if index % 8 > 3 else np.eye(nx, dtype=bool)
+        small.append(_of_pattern(rng, pattern, sparse))
+    for index, nx in enumerate((1, 2, 9, 30, 40, 50, 60)):
+        distance = np.abs(np.subtract.outer(np.arange(nx), np.arange(nx)))
+        pattern = (distance <= 1 + index % 2) | (rng.random((nx, nx)) < 0.3 / nx)
+        if index == 3:  # a hub
+            pattern[0] = pattern[:, 0] = True
+        if index > 4:  # no diagonal to pivot on, as where algebraic equations are
+            pattern = pattern[rng.permutation(nx)]
+        wide.append(_of_pattern(rng, pattern))
+    parts = [
+        """\
 #include "rumo_core.h"
 typedef struct pattern {
     const rumo_problem *problem;
     int (*straight)(const double *, double, const double *restrict, double *restrict, double *restrict);
 } pattern;
 """
-    parts, names = [declared], []
-    for index in range(count):
-        nx, nu = int(rng.integers(1, 11)), int(rng.integers(1, 4))
-        # From triangular to one block of all; diagonals need not be there, but something must be to pivot on.
-        pattern = rng.random((nx, nx)) < rng.choice([0.1, 0.3, 0.9])
-        if index % 2:
-            pattern |= np.eye(nx, dtype=bool)[rng.permutation(nx)]
-        else:
-            pattern |= np.eye(nx, dtype=bool)
-        shapes = {"M": pattern, "A0": rng.random((nx, nx)) < 0.4, "B": rng.random((nx, nu)) < 0.5}
-        positions = {name: [] for name in MATRICES} | {
-            name: [(int(r), int(c)) for r, c in np.argwhere(shape)] for name, shape in shapes.items()
-        }
-        first, slots = {"y": 0, "G": 0, "defect": 0}, nx
-        for name in MATRICES:
-            first[name], slots = slots, slots + len(positions[name])
-        tape = Tape(np.zeros((0, 4), dtype=np.int32), np.zeros(0), 1)
-        sizes = dict.fromkeys(SIZES[:-1], 0) | {"horizon": 8, "states": nx, "inputs": nu, "substeps": 1}
-        sizes["shift_same_rows"] = 1
-        # Only lengths matter: what is eliminated has no other numbers.
-        arrays = [member.name for member in members("rumo_problem") if member.kind in ("ints", "doubles")]
-        given = ("shift_", "blocking_", "inner_signals", "inner_nodes", "algebraic_guess", "imposed", *NUMBERS)
-        empty = {name: np.zeros(0) for name in arrays if name.startswith(given)}
-        empty |= {name: np.zeros((8, nu)) for name in ("input_lower", "input_upper")}
-        stage = StageProgram(tape, None, np.zeros(slots), first, positions, np.zeros((0, nx, nx)))
-        description: Description = describe(stage, sizes, empty)
-        parts.append(problem_source(description, f"pattern_{index}"))
-        parts.append(elimination_source(description.values, f"straight_{index}", 8))
-        names.append(f"{{&pattern_{index}, straight_{index}}}")
-    parts.append(f"static const pattern patterns[] = {{{', '.join(names)}}};\nenum {{ PATTERNS = {count} }};\n")
+    ]
+    parts += [problem_source(values, f"pattern_{index}") for index, values in enumerate(small)]
+    parts += [elimination_source(of.values, f"straight_{index}", 8) for index, of in enumerate(small)]
+    parts += [problem_source(values, f"wide_{index}") for index, values in enumerate(wide)]
+    rows = ", ".join(f"{{&pattern_{index}, straight_{index}}}" for index in range(count))
+    parts.append(f"static const pattern patterns[] = {{{rows}}};\nenum {{ PATTERNS = {count} }};\n")
+    rows = ", ".join(f"&wide_{index}" for index in range(len(wide)))
+    parts.append(f"static const rumo_problem *const wide_patterns[] = {{{rows}}};\n")
+    parts.append(f"enum {{ WIDE_PATTERNS = {len(wide)} }};\n")
     return "\n".join(parts)
+
+
+def _of_pattern(rng, pattern, sparse=False):
+    """A problem whose matrix M has a pattern, with tables of both ways to solve it; `sparse` where that pays at all."""
+    nx, nu = len(pattern), int(rng.integers(1, 4))
+    shapes = {"M": pattern, "A0": rng.random((nx, nx)) < 0.4, "B": rng.random((nx, nu)) < 0.5}
+    positions = {key: [] for key in MATRICES} | {
+        key: [(int(r), int(c)) for r, c in np.argwhere(shape)] for key, shape in shapes.items()
+    }
+    first, slots = {"y": 0, "G": 0, "defect": 0}, nx
+    for key in MATRICES:
+        first[key], slots = slots, slots + len(positions[key])
+    tape = Tape(np.zeros((0, 4), dtype=np.int32), np.zeros(0), 1)
+    sizes = dict.fromkeys(SIZES[:-1], 0) | {"horizon": 8, "states": nx, "inputs": nu, "substeps": 1}
+    sizes["shift_same_rows"] = 1
+    # Only lengths matter: what is eliminated has no other numbers.
+    arrays = [member.name for member in members("rumo_problem") if member.kind in ("ints", "doubles")]
+    given = ("shift_", "blocking_", "inner_signals", "inner_nodes", "algebraic_guess", "imposed", *NUMBERS)
+    empty = {key: np.zeros(0) for key in arrays if key.startswith(given)}
+    empty |= {key: np.zeros((8, nu)) for key in ("input_lower", "input_upper")}
+    stage = StageProgram(tape, None, np.zeros(slots), first, positions, lambda: np.zeros((0, nx, nx)))
+    description: Description = describe(stage, sizes, empty)
+    equations = Equations(first, positions, nx, nx, nu)
+    equations.sparse = [
+        sparse and block.pays(len(c)) for block, c in zip(equations.blocks, equations.columns, strict=True)
+    ]
+    tables = eliminate(equations, stage.samples) | factor(equations.blocks, equations.left)
+    inner = len(tables["factor_entry"])
+    description.values.update(tables)
+    description.values.update(
+        {
+            "factor_unknowns": nx,
+            "factor_blocks": len(equations.blocks),
+            "factor_outer": len(tables["factor_nonzero"]) - inner,
+            "factor_inner": inner,
+            "elimination_blocks": len(tables["elimination_size"]),
+            "elimination_entries": len(tables["elimination_row"]),
+        }
+    )
+    return description

@@ -1,12 +1,18 @@
 """Every backend of the real-time iteration computes the same: tailored = portable = reference."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from problems import BACKENDS, EXACT, PROBLEMS, car, made_with
 
 import rumo
+from rumo.controllers.engines.described import core_problem
+from rumo.kernel.elimination import Equations
 from rumo.registry import DISCRETIZATIONS, MODELS
 from rumo.studies import PaperStudy
+from rumo.textbook import gas_pipeline, heat_rod, mass_chain, tubular_reactor
+from rumo.transcription import Transcription
 from rumo.vehicles import PAPER_CAR, four_wheel
 
 PENALTY = rumo.Penalty(2.0, 1.0)
@@ -111,6 +117,63 @@ def of_van_der_pol(horizon, delay, penalty):
     return problem, [1.6, -1.02], {"position": 1.5}
 
 
+def of_rod(horizon, delay, penalty, cells=8, **changes):
+    middle = f"t_{cells // 2 + 1}"
+    problem = rumo.Problem(
+        heat_rod(cells),
+        horizon=horizon,
+        sampling_time=20.0,
+        delay=delay,
+        track={middle: rumo.Weight(1.0, range=50.0)},
+        moves={"heating": rumo.Weight(0.1, range=1e5)},
+        bounds={"heating": (0.0, 1e5), "t_1": rumo.Bounds(upper=70.0, penalty=penalty)},
+        **changes,
+    )
+    return problem, [20.0] * cells, {middle: 60.0}
+
+
+def of_tube(horizon, delay, penalty, cells=5):
+    place = np.linspace(0.0, 1.0, cells)
+    problem = rumo.Problem(
+        tubular_reactor(cells),
+        horizon=horizon,
+        sampling_time=10.0,
+        delay=delay,
+        track={f"c_{cells}": rumo.Weight(1.0, range=500.0)},
+        moves={"jacket": rumo.Weight(0.1, range=20.0)},
+        bounds={"jacket": (57.0, 77.0), "t_3": rumo.Bounds(upper=89.0, penalty=penalty)},
+        safe_input={"jacket": 67.0},
+    )
+    return problem, np.r_[4600.0 - 1000.0 * place, 72.0 + 12.0 * place], {f"c_{cells}": 3400.0}
+
+
+def of_chain(horizon, delay, penalty, masses=12):
+    problem = rumo.Problem(
+        mass_chain(masses),
+        horizon=horizon,
+        sampling_time=0.5,
+        delay=delay,
+        track={"x_1": rumo.Weight(1.0), f"x_{masses}": rumo.Weight(1.0)},
+        moves={"force": rumo.Weight(0.1)},
+        bounds={"force": (-0.5, 0.5), "x_2": rumo.Bounds(-1.0, 0.32, penalty)},
+    )
+    return problem, [0.3] * masses + [0.0] * masses, {"x_1": 0.0, f"x_{masses}": 0.0}
+
+
+def of_pipeline(horizon, delay, penalty, sections=6):
+    problem = rumo.Problem(
+        gas_pipeline(sections),
+        horizon=horizon,
+        sampling_time=600.0,
+        delay=delay,
+        track={f"q_{sections}": rumo.Weight(1.0, range=50.0)},
+        moves={"supply": rumo.Weight(0.1, range=50.0)},
+        bounds={"supply": (0.0, 100.0), "p_1": rumo.Bounds(upper=64.0, penalty=penalty)},
+        safe_input={"supply": 60.0},
+    )
+    return problem, np.linspace(61.0, 51.0, sections), {f"q_{sections}": 70.0}
+
+
 CASES = {
     "dynamic_bicycle": of_bicycle,
     "four_wheel": of_four_wheel,
@@ -119,6 +182,10 @@ CASES = {
     "robertson_dae": of_robertson_dae,
     "van_de_vusse_reactor": of_van_de_vusse,
     "van_der_pol": of_van_der_pol,
+    "heat_rod": of_rod,
+    "tubular_reactor": of_tube,
+    "mass_chain": of_chain,
+    "gas_pipeline": of_pipeline,
 }
 SCHEMES = {name: scheme() for name, scheme in DISCRETIZATIONS.items()} | {
     "3 implicit-euler": rumo.ImplicitEuler(substeps=3),
@@ -252,6 +319,77 @@ def test_every_scheme_portable_equals_reference(scheme, model, horizon, delay):
 def test_every_scheme_tailored_equals_portable(name, cache):
     model = "cart_pendulum" if SCHEMES[name].explicit else "robertson_dae"
     compare(CASES[model], 9, 2, PENALTY, ("portable", "tailored"), 1e-9, SCHEMES[name])
+
+
+WIDE = {
+    "rod": partial(of_rod, cells=30),
+    "rod, held": partial(of_rod, cells=30, blocks=rumo.InputBlocks([1, 2, 4])),
+    "tube": partial(of_tube, cells=16),
+    "chain": partial(of_chain, masses=22),
+    "pipeline": partial(of_pipeline, sections=26),
+}
+"""Models whose equations are solved without maps."""
+
+
+def is_wide(problem, solver="auto"):
+    values = core_problem(Transcription(problem), solver).values
+    assert values["condensing"] or values["elimination_blocks"]
+    return values["elimination_blocks"] == 0
+
+
+def test_which_models_are_wide():
+    assert all(is_wide(case(9, 2, PENALTY)[0]) for case in WIDE.values())
+    assert not any(is_wide(CASES[name](9, 2, PENALTY)[0]) for name in ("dynamic_bicycle", "heat_rod"))
+
+
+def test_riccati_sweeps_have_maps_of_wide_models():
+    problem, x, reference = WIDE["rod"](50, 2, PENALTY)
+    assert is_wide(problem)
+    assert not is_wide(problem, "riccati")
+    assert not is_wide(WIDE["rod"](300, 2, PENALTY)[0])
+    solvers = [rumo.QpOptions(solver=solver, tolerance=1e-12) for solver in ("auto", "riccati")]
+    controllers = [rumo.RealTimeIteration(problem, qp=qp, backend="portable") for qp in solvers]
+    for first, second in drive(controllers, problem, x, reference):
+        assert_same(problem, first, second, 1e-7)
+
+
+@pytest.mark.parametrize("scheme", ["implicit-euler", "trapezoidal", "gauss2", "2 radau2"])
+@pytest.mark.parametrize("name", WIDE)
+def test_wide_models_portable_equals_reference(name, scheme):
+    for penalty in (PENALTY, None):
+        compare(WIDE[name], 9, 2, penalty, ("reference", "portable"), 1e-7, SCHEMES[scheme])
+
+
+def test_wide_model_without_a_pivot_on_the_diagonal(monkeypatch):
+    """Implicit Euler over 1 s: 1 - h df/dx is 0 on the diagonal, though not by structure."""
+    names = [f"x_{i}" for i in range(30)]
+
+    def dynamics(x, u, p):
+        x = [0.0, *(getattr(x, name) for name in names), 0.0]
+        push = {"x_0": u.push}
+        return {name: p.rate * x[i + 1] + x[i + 2] - x[i] + push.get(name, 0.0) for i, name in enumerate(names)}
+
+    model = rumo.Model(
+        dict.fromkeys(names, "1"), {"push": "1/s"}, dynamics, parameters={"rate": rumo.Parameter("1/s", 1.0)}
+    )
+    problem = rumo.Problem(
+        model,
+        horizon=2,
+        sampling_time=1.0,
+        track={"x_0": rumo.Weight(1.0)},
+        moves={"push": rumo.Weight(1.0)},
+        bounds={"push": (-1.0, 1.0), "x_1": rumo.Bounds(upper=0.5, penalty=PENALTY)},
+    )
+    assert is_wide(problem)
+    controllers = [rumo.RealTimeIteration(problem, qp=EXACT, backend="portable")]
+    monkeypatch.setattr(Equations, "wide", lambda *_: False)  # blocks with row exchanges instead
+    controllers.append(rumo.RealTimeIteration(problem, qp=EXACT, backend="portable"))
+    for first, second in drive(controllers, problem, [0.3] * 30, {"x_0": 0.0}, samples=2):
+        assert_same(problem, first, second, 1e-9)
+
+
+def test_wide_models_tailored_equals_portable(cache):
+    compare(WIDE["pipeline"], 9, 2, PENALTY, ("portable", "tailored"), 1e-9, rumo.Radau2(substeps=2))
 
 
 @pytest.mark.slow

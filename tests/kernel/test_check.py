@@ -4,7 +4,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
-from problems import car, pendulum
+from problems import car, pendulum, rod
 
 import rumo
 from rumo.controllers.engines.described import core_problem
@@ -29,6 +29,7 @@ WRONG = {
     "tape_code": (lambda a: changed(a, 0, 99), r"tape_code\[0\] is out of range"),
     "M_row": (lambda a: changed(a, 0, -1), r"M_row\[0\] is out of range"),
     "elimination_store": (lambda a: changed(a, 1, 10**6), r"elimination_store\[1\] is out of range"),
+    "elimination_sparse": (lambda a: changed(a, 1, 1), r"elimination_sparse\[1\] is out of range"),
     "shift_stages": (lambda a: changed(a, 2, 15), r"shift_stages\[2\] is out of range"),
     "output_weights": (lambda a: changed(a, 4, -1.0), r"output_weights\[4\] is negative"),
     "move_weights": (lambda a: changed(a, 0, 0.0), r"move_weights\[0\] is not positive"),
@@ -45,6 +46,29 @@ def test_one_wrong_thing(name, values):
     spoil, message = WRONG[name]
     with pytest.raises(ValueError, match=message):
         Core(0, values | {name: spoil(values[name])}, asdict(Settings()))
+
+
+@pytest.mark.parametrize(
+    ("name", "index", "value"),
+    [
+        ("equation", 1, 0),
+        ("unknown", 0, 60),
+        ("later", 0, 0),
+        ("target", 0, 999),
+        ("nonzero", 0, -1),
+        ("entry", 3, 999),
+    ],
+)
+def test_one_wrong_thing_of_sparse_factors(name, index, value):
+    values = core_problem(rumo.RealTimeIteration(rod(60), backend="portable").transcription).values
+    with pytest.raises(ValueError, match=rf"factor_{name}\[{index}\] is out of range"):
+        Core(0, values | {f"factor_{name}": changed(values[f"factor_{name}"], index, value)}, asdict(Settings()))
+
+
+def test_wide_problems_are_condensed():
+    values = core_problem(rumo.RealTimeIteration(rod(60), backend="portable").transcription).values
+    with pytest.raises(ValueError, match="condensing is too small"):
+        Core(0, values | {"condensing": 0}, asdict(Settings()))
 
 
 def test_what_is_missing(values):

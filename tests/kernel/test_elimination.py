@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rumo.kernel.elimination import compose, eliminate, triangular_blocks
+from rumo.kernel.elimination import LARGE, Equations, compose, eliminate
+from rumo.kernel.factor import factor
 from rumo.kernel.pivots import STEADY, balanced, pivot_order
 
 
@@ -18,6 +19,17 @@ def places(pattern):
     return [(int(row), int(column)) for row, column in np.argwhere(pattern)]
 
 
+def block_matrix(tables, first, m, entries):
+    """M of a block whose first pivot is known, from the entries of its factors before they are those of the factors."""
+    below = tables["factor_below"][first : first + m]
+    start = int(tables["factor_below"][:first].sum())
+    later = tables["factor_later"][start : start + below.sum()]
+    pivot = np.repeat(np.arange(m), below)
+    M = np.diag(entries[:m])
+    M[later, pivot], M[pivot, later] = np.split(entries[m:], 2)
+    return M
+
+
 def run(tables, terms, nx, nu):
     """What eliminate.c does with the tables, for one stage."""
     result = np.zeros(len(tables["elimination_row"]))
@@ -25,40 +37,56 @@ def run(tables, terms, nx, nu):
         iter(tables[f"elimination_{name}"].tolist())
         for name in ("load", "update", "store", "below", "across", "lower", "upper")
     )
-    rows = zip(
-        *(tables[f"elimination_{part}"] for part in ("size", "width", "loads", "updates", "stores")), strict=True
-    )
-    for m, k, loads, updates, stores in rows:
-        work = np.zeros((m, m + k + 1))
+    parts = ("size", "width", "sparse", "loads", "updates", "stores")
+    first = 0
+    for m, k, sparse, loads, updates, stores in zip(*(tables[f"elimination_{part}"] for part in parts), strict=True):
+        fill = 2 * tables["factor_below"][first : first + m].sum() if sparse else 0
+        work = np.zeros(m * k + m + fill if sparse else m * (m + k + 1))
         for _ in range(loads):
             slot, place = next(load)
-            work.flat[place] = terms[slot]
+            work[place] = terms[slot]
         for _ in range(updates):
             slot, entry, place = next(update)
-            work.flat[place] -= terms[slot] * result[entry]
-        right = []
-        for p in range(m):
-            under, beside = [next(lower) for _ in range(next(below))], [next(upper) for _ in range(next(across))]
-            work[p, beside] /= work[p, p]
-            work[np.ix_(under, beside)] -= np.outer(work[under, p], work[p, beside])
-            right.append(beside)
-        for p in reversed(range(m)):
-            for j in (j for j in right[p] if j < m):
-                work[p, m : m + k] -= work[p, j] * work[j, m : m + k]
+            work[place] -= terms[slot] * result[entry]
+        around = [
+            [[next(rows) for _ in range(next(counts))] for rows, counts in ((lower, below), (upper, across))]
+            for _ in range(m)
+        ]
+        if sparse:
+            right = work[: m * k].reshape(m, k)
+            right[:] = np.linalg.solve(block_matrix(tables, first, m, work[m * k :]), right)
+        else:
+            solve_in_order(work.reshape(m, m + k + 1), around)
         for _ in range(stores):
             place, entry = next(store)
-            result[entry] = work.flat[place]
+            result[entry] = work[place]
+        first += m
     assert all(next(left, None) is None for left in (load, update, store, below, across, lower, upper))
     dense = np.zeros((nx, nx + nu + 1))
     dense[tables["elimination_row"], tables["elimination_column"]] = result
     return dense
 
 
+def solve_in_order(work, around):
+    """Solve a block in place; `around` has what is not zero below each pivot, and right of it."""
+    m = len(work)
+    for p, (under, beside) in enumerate(around):
+        work[p, beside] /= work[p, p]
+        work[np.ix_(under, beside)] -= np.outer(work[under, p], work[p, beside])
+    for p in reversed(range(m)):
+        for j in (j for j in around[p][1] if j < m):
+            work[p, m:-1] -= work[p, j] * work[j, m:-1]
+
+
 @settings(max_examples=200, deadline=None)
 @given(
-    seed=st.integers(0, 10**6), nx=st.integers(1, 12), nu=st.integers(1, 4), density=st.sampled_from([0.05, 0.2, 0.8])
+    seed=st.integers(0, 10**6),
+    nx=st.integers(1, 25),
+    nu=st.integers(1, 4),
+    density=st.sampled_from([0.05, 0.1, 0.2, 0.8]),
+    sparse=st.booleans(),
 )
-def test_tables(seed, nx, nu, density):
+def test_tables(seed, nx, nu, density, sparse):
     rng = np.random.default_rng(seed)
     patterns = {
         "M": random_pattern(rng, nx, density),
@@ -75,30 +103,15 @@ def test_tables(seed, nx, nu, density):
         dense[name] = np.zeros(pattern.shape)
         dense[name][pattern] = terms[first[name] : first[name] + len(positions[name])]
 
-    tables = eliminate(first, positions, nx, nx, nu, dense["M"][None])
+    equations = Equations(first, positions, nx, nx, nu)
+    equations.sparse = [sparse and len(block.unknowns) > 1 for block in equations.blocks]
+    tables = eliminate(equations, lambda: dense["M"][None]) | factor(equations.blocks, equations.left)
     assert all(table.dtype == np.int32 and table.flags.c_contiguous for table in tables.values())
     right = np.hstack([dense["A0"], dense["B"], terms[:nx, None]])
     if np.linalg.cond(dense["M"]) < 1e8:
         np.testing.assert_allclose(run(tables, terms, nx, nu), np.linalg.solve(dense["M"], right), rtol=1e-6, atol=1e-6)
     order = list(zip(tables["elimination_row"].tolist(), tables["elimination_column"].tolist(), strict=True))
     assert order == sorted(set(order)), "the result is sorted by rows, each entry once"
-
-
-@pytest.mark.parametrize("seed", range(30))
-def test_blocks_are_triangular_and_as_small_as_can_be(seed):
-    rng = np.random.default_rng(seed)
-    n = int(rng.integers(1, 12))
-    pattern = rng.random((n, n)) < rng.choice([0.05, 0.15, 0.4])
-    blocks = triangular_blocks(pattern)
-    assert sorted(state for block in blocks for state in block) == list(range(n))
-    done: set[int] = set()
-    for block in blocks:
-        outside = {int(s) for row in block for s in np.flatnonzero(pattern[row])} - set(block)
-        assert outside <= done, "a block depends on earlier ones only"
-        done |= set(block)
-        # Every state of a block reaches every other within it.
-        inside = pattern[np.ix_(block, block)] | np.eye(len(block), dtype=bool)
-        assert np.linalg.matrix_power(inside.astype(float), len(block)).all()
 
 
 @settings(max_examples=200, deadline=None)
@@ -139,13 +152,20 @@ def test_stiff_unknowns_first():
     assert set(rows[:2]) == {2, 3}
 
 
-def test_no_fill_where_it_can_be_avoided():
-    n = 30
+@pytest.mark.parametrize("n", [30, LARGE + 1])
+def test_no_fill_where_it_can_be_avoided(n):
     pattern = np.eye(n, dtype=bool) | np.eye(n, k=1, dtype=bool) | np.eye(n, k=-1, dtype=bool)
-    positions = {"M": places(pattern), "A0": [], "B": []}
-    first = {"defect": 0, "M": n, "A0": 0, "B": 0}
-    tables = eliminate(first, positions, n, n, 1, np.where(pattern, 1.0 + 2.0 * np.eye(n), 0.0)[None])
+    equations = Equations({"defect": 0, "M": n, "A0": 0, "B": 0}, {"M": places(pattern), "A0": [], "B": []}, n, n, 1)
+    equations.sparse = [False]
+    tables = eliminate(equations, lambda: np.where(pattern, 1.0 + 2.0 * np.eye(n), 0.0)[None])
     assert len(tables["elimination_lower"]) == n - 1
+
+
+@pytest.mark.parametrize(("n", "sparse"), [(LARGE, False), (LARGE + 1, True)])
+def test_sparse_factors_of_large_blocks(n, sparse):
+    pattern = np.eye(n, dtype=bool) | np.eye(n, k=1, dtype=bool) | np.eye(n, k=-1, dtype=bool)
+    first, positions = {"defect": 0, "M": n, "A0": 0, "B": 0}, {"M": places(pattern), "A0": [], "B": []}
+    assert Equations(first, positions, n, n, 1).sparse == [sparse]
 
 
 @settings(max_examples=100, deadline=None)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from problems import pendulum
+from problems import pendulum, rod
 
 import rumo
 from rumo.controllers.engines.described import core_problem
@@ -294,3 +294,11 @@ for _ in range(2):
         assert (backend, status, records) == ("portable", "OPTIMAL", "1")
         assert float.fromhex(command) == expected
         assert "no C compiler" in reason
+
+
+def test_very_wide_models_are_not_compiled(cache, caplog):
+    with caplog.at_level(logging.INFO, "rumo"):
+        controller = rumo.RealTimeIteration(rod(320), backend="tailored")
+    assert controller.backend == "portable"
+    assert "compiling so wide a model takes long" in caplog.text
+    assert not cache.exists()

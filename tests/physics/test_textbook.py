@@ -6,8 +6,19 @@ from model_values import derivative, jacobian, vectors
 from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
+from rumo.errors import ArgumentError
 from rumo.simulation import Plant
-from rumo.textbook import cart_pendulum, robertson_dae, robertson_reactor, van_de_vusse_reactor, van_der_pol
+from rumo.textbook import (
+    cart_pendulum,
+    gas_pipeline,
+    heat_rod,
+    mass_chain,
+    robertson_dae,
+    robertson_reactor,
+    tubular_reactor,
+    van_de_vusse_reactor,
+    van_der_pol,
+)
 
 
 def advance(model, x, duration, step, u=None, p=None):
@@ -150,3 +161,117 @@ def test_van_der_pol_reaches_the_published_states():
     # Hairer and Wanner (1996), ch. IV.10: reference solutions at t = 1 and 2.
     np.testing.assert_allclose(states[1], [-1.863646254808130, 0.7535430865435460], rtol=1e-4)
     np.testing.assert_allclose(states[2], [1.706167732170456, -0.8928097010248257], rtol=1e-4)
+
+
+def parameters(model):
+    """Defaults by name."""
+    return dict(zip(model.parameters, model.default_parameters, strict=True))
+
+
+@pytest.mark.parametrize("cells", [1, 8, 40])
+def test_heat_rod_has_the_modes_of_the_closed_form(cells):
+    model = heat_rod(cells)
+    p = parameters(model)
+    diffusivity, width = p["conductivity"] / (p["density"] * p["heat_capacity"]), p["length"] / cells
+    # cos(angle (i - 1/2)) is flat at the heated end and vanishes at the other.
+    angle = np.pi * (np.arange(cells) + 0.5) / cells
+    expected = -4.0 * diffusivity / width**2 * np.sin(0.5 * angle) ** 2
+    found = np.linalg.eigvals(jacobian(model, {}))
+    np.testing.assert_allclose(np.sort(found), np.sort(expected), rtol=1e-9)
+    # The slowest is that of the rod itself, but for the square of the cells' width.
+    slowest = diffusivity * (0.5 * np.pi / p["length"]) ** 2
+    assert -expected.max() == pytest.approx(slowest, rel=0.25 / cells**2)
+
+
+def test_heat_rod_settles_on_a_straight_line():
+    model = heat_rod(8)
+    p = parameters(model)
+    centres = (np.arange(8) + 0.5) / 8 * p["length"]
+    profile = p["end_temperature"] + 2e4 / p["conductivity"] * (p["length"] - centres)
+    x = dict(zip(model.states, profile, strict=True))
+    assert np.max(np.abs(list(derivative(model, x, {"heating": 2e4}).values()))) < 1e-12
+    # 20 of the slowest time constants from a cold start.
+    end = advance(model, dict.fromkeys(model.states, 0.0), 7400.0, 740.0, u={"heating": 2e4})[-1]
+    np.testing.assert_allclose(end, profile, rtol=1e-6)
+
+
+FEED = 340.0 - 273.15
+
+
+def steady_reactor(model, x):
+    """The steady state near x (nx,), the jacket at the feed's temperature, and df/dx there."""
+    u, p = [FEED], model.default_parameters
+    scales = np.array(x)
+
+    def slope(state):
+        return jacobian(model, state, {"jacket": FEED}) * scales
+
+    steady = scales * fsolve(
+        lambda share: model.f(scales * share, u, p).full().ravel(), x / scales, fprime=lambda s: slope(scales * s)
+    )
+    assert np.max(np.abs(model.f(steady, u, p).full().ravel()) / scales) < 1e-9
+    return steady, jacobian(model, steady, {"jacket": FEED})
+
+
+@pytest.mark.parametrize(("damkoehler", "stable"), [(0.162, True), (0.167, False)])
+def test_tubular_reactor_loses_its_stability_where_published(damkoehler, stable):
+    """Heinemann and Poore (1981): an oscillation is born at a Damkoehler number of 0.165."""
+    model = tubular_reactor(20)
+    rate = list(model.parameters).index("rate")
+    model.default_parameters[rate] = damkoehler * 0.01
+    x = np.r_[np.linspace(4900.0, 2000.0, 20), np.linspace(72.0, 117.0, 20)]
+    _, J = steady_reactor(model, x)
+    slowest = max(np.linalg.eigvals(J), key=lambda value: value.real)
+    assert (slowest.real < 0.0) == stable
+    assert abs(slowest.imag) > 0.0
+
+
+def test_tubular_reactor_neither_makes_nor_loses_energy():
+    """Without cooling, heat of reaction and of what flows are all: concentration and heat add up to the feed's."""
+    model = tubular_reactor(6)
+    p = parameters(model)
+    c, T = np.linspace(4800.0, 1500.0, 6), np.linspace(68.0, 147.0, 6)
+    x = dict(zip(model.states, np.r_[c, T], strict=True))
+    rates = np.array(list(derivative(model, x, {"jacket": 0.0}, {"heat_transfer": 0.0}).values()))
+    energy = p["reaction_heat"] * rates[:6] + p["heat_capacity"] * rates[6:]
+    enthalpy = p["reaction_heat"] * np.array([5000.0, c[-1]]) + p["heat_capacity"] * np.array([FEED, T[-1]])
+    inflow = p["velocity"] * (enthalpy[0] - enthalpy[1])
+    assert energy.sum() * p["length"] / 6 == pytest.approx(inflow, rel=1e-9)
+
+
+@pytest.mark.parametrize("masses", [1, 12, 15])
+def test_mass_chain_has_the_modes_of_the_closed_form(masses):
+    model = mass_chain(masses)
+    shape = 4.0 * np.sin(0.5 * np.pi * np.arange(1, masses + 1) / (masses + 1)) ** 2
+    frequency, damping = np.sqrt(shape), 0.01 * shape
+    expected = -0.5 * damping + 1j * np.sqrt(frequency**2 - 0.25 * damping**2)
+    found = np.linalg.eigvals(jacobian(model, {}))
+    found = found[found.imag > 0.0]
+    np.testing.assert_allclose(found[np.argsort(found.imag)], expected[np.argsort(expected.imag)], rtol=1e-9)
+
+
+def test_gas_pipeline_settles_on_a_root_of_a_straight_line():
+    """Where the same flows everywhere, the squares of the pressures fall evenly."""
+    model = gas_pipeline(6)
+    p = parameters(model)
+    area = np.pi / 4.0 * p["diameter"] ** 2
+    drag = p["friction"] * p["length"] * (p["sound_speed"] / area) ** 2 / p["diameter"]  # Pa^2 per (kg/s)^2
+    end = advance(model, dict.fromkeys(model.states, 52.0), 400_000.0, 20_000.0, u={"supply": 60.0})[-1]
+    drop = drag * 60.0 * np.hypot(60.0, p["laminar_flow"]) * np.arange(6, 0, -1) / 6
+    np.testing.assert_allclose(end * 1e5, np.sqrt((p["delivery_pressure"] * 1e5) ** 2 + drop), rtol=1e-6)
+
+
+def test_gas_pipeline_stores_what_it_does_not_deliver():
+    model = gas_pipeline(6)
+    p = parameters(model)
+    volume = np.pi / 4.0 * p["diameter"] ** 2 * p["length"]
+    x = {f"p_{i + 1}": 60.0 - i for i in range(6)} | {f"q_{i + 1}": 50.0 + i for i in range(6)}
+    rates = model.f(list(x.values()), [70.0], model.default_parameters).full().ravel()
+    assert rates.mean() * 1e5 * volume / p["sound_speed"] ** 2 == pytest.approx(70.0 - 55.0)
+
+
+@pytest.mark.parametrize("make", [heat_rod, tubular_reactor, mass_chain, gas_pipeline])
+def test_a_model_has_as_many_parts_as_asked_for(make):
+    assert len(make(3).states) == len(make(1).states) * 3
+    with pytest.raises(ArgumentError, match="a whole number of at least 1"):
+        make(0)

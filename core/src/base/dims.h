@@ -8,6 +8,15 @@
 
 #include "base/lanes.h"
 
+/* Whether some blocks have sparse factors, and whether there are equations in place of maps: 0 where a tailored build knows
+ * that there are none, so that nothing is compiled for them. */
+#ifndef RUMO_SPARSE
+#define RUMO_SPARSE 1
+#endif
+#ifndef RUMO_WIDE
+#define RUMO_WIDE 1
+#endif
+
 typedef struct dims {
     int N, d, nx, nz, nu, ny, nc, lanes; /* lanes: stages, padded */
     int m, nw, ni;                       /* substeps, unknowns of each; of an interval but its state at the end */

@@ -9,7 +9,9 @@
 
 #include "rumo_core.h"
 
+#include "base/dims.h"
 #include "base/lanes.h"
+#include "stages/sparse_factor.c"
 #include "stages/tape.c"
 
 /* A pivot is kept unless another entry of its column is so many times larger, as sparse solvers do. */
@@ -113,10 +115,38 @@ static OUTSIDE void solve_with_exchanges(double *work, int m, int k) {
             subtract(work + i * row + m * LANES, work + i * row + p * LANES, work + p * row + m * LANES, k);
 }
 
+/* The same of a sparse block: right (m, k, LANES), the entries of the block, and as much room as a dense one needs. If a pivot
+ * does not hold in some stage, all eight are solved as a dense block, and 0 is returned. */
+static OUTSIDE int solve_sparse_block(const block_pattern *b, const double *unit, double *right, int k) {
+    const int m = b->size, row = (m + k + 1) * LANES;
+    double *const entries = right + m * k * LANES, *const kept = entries + entries_of(b) * LANES;
+    double *const square = kept + entries_of(b) * LANES;
+    copy(kept, entries, entries_of(b) * LANES);
+    if (factor_block(b, unit, entries)) {
+        solve_factored(b, entries, LANES, right, k * LANES);
+        return 1;
+    }
+    zero(square, m * row);
+    const double *below = kept + m * LANES, *across = below + b->fill * LANES;
+    const int *later = b->later;
+    for (int p = 0; p < m; ++p) {
+        copy(square + p * row + p * LANES, kept + p * LANES, LANES);
+        for (int i = 0; i < b->below[p]; ++i, ++later, below += LANES, across += LANES) {
+            copy(square + *later * row + p * LANES, below, LANES);
+            copy(square + p * row + *later * LANES, across, LANES);
+        }
+        copy(square + p * row + m * LANES, right + p * k * LANES, k * LANES);
+        for (int l = 0; l < LANES; ++l) square[p * row + (m + k) * LANES + l] = unit[b->equation[p]];
+    }
+    solve_with_exchanges(square, m, k);
+    for (int p = 0; p < m; ++p) copy(right + p * k * LANES, square + p * row + m * LANES, k * LANES);
+    return 0;
+}
+
 /* What a block is made of, in eight stages: entries of the terms, and what is known of earlier blocks. */
 static void load_block(const rumo_elimination *order, int b, const int *load, const int *update, const double *restrict terms,
-                       const double *restrict result, int lanes, double *restrict work) {
-    zero(work, order->size[b] * (order->size[b] + order->width[b] + 1) * LANES);
+                       const double *restrict result, int lanes, int places, double *restrict work) {
+    zero(work, places * LANES);
     for (int e = 0; e < order->loads[b]; ++e, load += 2)
         copy(work + load[1] * LANES, terms + (ptrdiff_t)load[0] * lanes, LANES);
     for (int e = 0; e < order->updates[b]; ++e, update += 3) {
@@ -128,17 +158,21 @@ static void load_block(const rumo_elimination *order, int b, const int *load, co
 }
 
 /* Eight stages, from terms to result; how many blocks needed exchanges. */
-static int eliminate_chunk(const rumo_elimination *order, const double *unit, const double *restrict terms, int lanes,
-                           double *restrict work, double *restrict result) {
+static int eliminate_chunk(const rumo_elimination *order, const block_pattern *patterns, const double *unit,
+                           const double *restrict terms, int lanes, double *restrict work, double *restrict result) {
     const int *load = order->load, *update = order->update, *store = order->store;
     block_order o = {0, 0, order->unknowns, order->below, order->across, order->lower, order->upper};
     int exchanged = 0;
     for (int b = 0; b < order->blocks; ++b) {
         o.m = order->size[b];
         o.k = order->width[b];
-        load_block(order, b, load, update, terms, result, lanes, work);
-        if (!solve_in_order(&o, unit, work)) {
-            load_block(order, b, load, update, terms, result, lanes, work);
+        const int sparsely = RUMO_SPARSE && order->sparse[b];
+        const int places = sparsely ? o.m * o.k + entries_of(patterns + b) : o.m * (o.m + o.k + 1);
+        load_block(order, b, load, update, terms, result, lanes, places, work);
+        if (sparsely) {
+            exchanged += !solve_sparse_block(patterns + b, unit, work, o.k);
+        } else if (!solve_in_order(&o, unit, work)) {
+            load_block(order, b, load, update, terms, result, lanes, places, work);
             for (int i = 0; i < o.m; ++i)
                 for (int l = 0; l < LANES; ++l) work[((i + 1) * (o.m + o.k + 1) - 1) * LANES + l] = unit[o.unknowns[i]];
             solve_with_exchanges(work, o.m, o.k);
@@ -164,8 +198,9 @@ static int eliminate_chunk(const rumo_elimination *order, const double *unit, co
 #endif
 
 /* terms (slots, lanes) to result (entries, lanes); 0 where that is not finite. */
-static int eliminate(const rumo_elimination *order, const double *unit, const double *restrict terms, int lanes,
-                     double *restrict lack, double *restrict work, double *restrict result) {
+static int eliminate(const rumo_elimination *order, const block_pattern *patterns, const double *unit,
+                     const double *restrict terms, int lanes, double *restrict lack, double *restrict work,
+                     double *restrict result) {
     const int tried = eliminate_in_order(unit, PATIENCE, terms, result, lack);
     int complete = tried;
     for (int first = 0; first < lanes; first += LANES) {
@@ -173,7 +208,7 @@ static int eliminate(const rumo_elimination *order, const double *unit, const do
         for (int k = first; fine && k < first + LANES; ++k) fine = lack[k] == 0.0;
         if (fine) continue;
         complete = 0;
-        eliminate_chunk(order, unit, terms + first, lanes, work, result + first);
+        eliminate_chunk(order, patterns, unit, terms + first, lanes, work, result + first);
     }
     return complete || all_finite(result, order->entries * lanes);
 }

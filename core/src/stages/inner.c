@@ -53,12 +53,31 @@ static void guess_inner(stage_maps *m, const double *x) {
     }
 }
 
+/* From the deviations of states and inputs to the unknowns of the plan, by solving the equations again. */
+static void solve_inner(const stage_maps *m, const double *dx, const double *du, double *restrict inner) {
+    const dims *s = &m->s;
+    double *const dw = m->equations.dw;
+    for (int k = 0; k < s->lanes; ++k) {
+        const int stage = k < s->N ? k : s->N - 1;
+        for (int j = 0; j < s->m; ++j) {
+            copy(m->known_lanes, j ? dw : dx + (ptrdiff_t)stage * s->ldx, s->nx);
+            advance_unknowns(&m->equations, stage, j, m->known_lanes, du + stage * s->nu, dw);
+            for (int r = j + 1 == s->m ? s->nx : 0; r < s->nw; ++r)
+                inner[inner_row(s, j, r) + k] = m->guess_inner[inner_row(s, j, r) + k] + dw[r];
+        }
+    }
+}
+
 /* From the deviations of states and inputs to the unknowns of the plan. */
 static void expand_inner(const stage_maps *m, const double *dx, const double *du, double *restrict inner) {
     const dims *s = &m->s;
     const int lanes = s->lanes;
     double *const known = m->known_lanes;
     if (s->ni == 0) return;
+    if (is_wide(m)) {
+        solve_inner(m, dx, du, inner);
+        return;
+    }
     to_lanes(dx, s->ldx, s->nx, s->N, lanes, known);
     to_lanes(du, s->nu, s->nu, s->N, lanes, known + (ptrdiff_t)s->nx * lanes);
     for (int j = 0; j < s->m; ++j) {

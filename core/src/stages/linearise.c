@@ -54,11 +54,15 @@ APART static int linearise(stage_maps *m, const double *last) {
             copy(m->on_the_way, inside, s.nx * s.lanes);
             zero(inside, s.nx * s.lanes); /* it is where the next substep begins */
         }
+        if (is_wide(m)) {
+            if (!factor_equations(&m->equations, m->terms, j, m->correction)) return 0;
+            continue;
+        }
         if (!m->balanced) {
             balance(&p->elimination, &p->M, m->terms, s.lanes, s.nw, m->block_of, m->unit);
             m->balanced = 1;
         }
-        if (!eliminate(&p->elimination, m->unit, m->terms, s.lanes, m->lack, m->work, result)) return 0;
+        if (!eliminate(&p->elimination, m->patterns, m->unit, m->terms, s.lanes, m->lack, m->work, result)) return 0;
         if (s.m == 1) break;
         if (j == 0) {
             start_composition(&p->composition, result, s.lanes, m->maps);

@@ -8,6 +8,7 @@
 
 #include "base/arena.h"
 #include "base/dims.h"
+#include "stages/equations.c"
 #include "stages/sparse.h"
 #include "stages/tape.c"
 
@@ -38,11 +39,18 @@ typedef struct stage_maps {
     double *known_lanes;          /* (nx + nu + 1, lanes): dx, du and 1, see expand_inner() */
     double *unit;                 /* (nw,): in which pivots compare */
     int balanced, *block_of;
+    const block_pattern *patterns; /* of sparse factors */
+
+    equations equations;           /* of wide models, in place of results and maps, */
+    double *correction;            /* and in place of c (nw, lanes), by unknowns: states first */
 } stage_maps;
 
 static inline double *results_of(const stage_maps *m, int substep) {
     return m->results + (m->s.explicit_scheme ? 0 : (ptrdiff_t)substep * m->problem->elimination.entries * m->s.lanes);
 }
+
+/* Whether there are no maps, but equations to be solved: many states, and few inputs. */
+static inline int is_wide(const stage_maps *m) { return RUMO_WIDE && m->problem->elimination.blocks == 0; }
 
 /* In memory or, to measure it, without; `p` is the problem as given, `own` the copy that stays. */
 RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own, const rumo_problem *p) {
@@ -73,12 +81,18 @@ RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own
     m->known_lanes = alloc_doubles(a, s.ni ? s.width * s.lanes : 0);
     int largest = 0;
     for (int b = 0; b < e->blocks; ++b) {
-        const int size = e->size[b] * (e->size[b] + e->width[b] + 1);
+        const int dense = e->size[b] * (e->size[b] + e->width[b] + 1);
+        const int size = dense + (e->sparse[b] ? e->size[b] * (e->width[b] + 2 * e->size[b]) : 0);
         largest = size > largest ? size : largest;
     }
     m->work = alloc_doubles(a, largest * LANES);
     m->unit = alloc_doubles(a, s.nw);
     m->block_of = alloc_ints(a, s.nw);
+    m->patterns = patterns_of(a, &own->factor, &p->factor);
+    if (RUMO_WIDE && e->blocks == 0) {
+        lay_out_equations(a, &m->equations, m->patterns, own, p);
+        m->correction = alloc_doubles(a, (ptrdiff_t)s.nw * s.lanes);
+    }
     const rumo_pattern result = {e->entries, 0, e->row, e->column};
     const rumo_pattern composition = {composed->entries, 0, composed->row, composed->column};
     m->of_unknowns = rows_of(a, &result, s.nw);

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,13 +10,13 @@ import numpy as np
 from rumo.bench.measuring import measure
 from rumo.bench.report import PHASES, microseconds, percentiles_of_phases
 from rumo.controllers import RealTimeIteration
-from rumo.model import Model
 from rumo.problem import Problem
 from rumo.report.contents import Report, Section
 from rumo.report.machine import machine
 from rumo.report.tables import Table, number
 from rumo.simulation.replay import Recording
 from rumo.terms import Weight
+from rumo.textbook import heat_rod
 
 WIDTHS = (10, 20, 40, 80, 160)
 RIVAL = "casadi-osqp-wide"
@@ -28,33 +27,20 @@ STEPS = 60
 HORIZON, SAMPLING_TIME = 20, 10.0
 
 
-def heat_rod(cells: int) -> Problem:
-    """Hold the temperature in the middle of a rod of aluminium, 0.3 m long, which is heated at one end.
-
-    Finite volumes; conductivity 237 W/(m K), heat capacity 2.42e6 J/(m^3 K); the other end stays at 20 degC.
-    """
-    width, conductivity, capacity = 0.3 / cells, 237.0, 2.42e6
-    names = [f"t_{i + 1}" for i in range(cells)]
-
-    def dynamics(x: Any, u: Any, p: Any) -> dict[str, Any]:
-        t = [getattr(x, name) for name in names]
-        flux = [u.heating, *(conductivity * (a - b) / width for a, b in pairwise(t))]
-        flux.append(conductivity * (t[-1] - 20.0) / (0.5 * width))
-        return {name: (flux[i] - flux[i + 1]) / (capacity * width) for i, name in enumerate(names)}
-
-    model = Model(dict.fromkeys(names, "degC"), {"heating": "W/m^2"}, dynamics, name=f"heat_rod_{cells}")
+def rod(cells: int) -> Problem:
+    """Hold the temperature in the middle of a rod, which is heated at one end; the other stays at 20 degC."""
     return Problem(
-        model,
+        heat_rod(cells),
         horizon=HORIZON,
         sampling_time=SAMPLING_TIME,
         delay=1,
-        track={names[cells // 2]: Weight(1.0, range=10.0)},
+        track={f"t_{cells // 2 + 1}": Weight(1.0, range=10.0)},
         moves={"heating": Weight(0.01, range=3e4)},
         bounds={"heating": (0.0, 3e4)},
     )
 
 
-FAMILIES: dict[str, Callable[[int], Problem]] = {"heat-rod": heat_rod}
+FAMILIES: dict[str, Callable[[int], Problem]] = {"heat-rod": rod}
 """By name: from a number of states to a problem whose first tracked output is a state at 20 when nothing happens."""
 
 

@@ -60,7 +60,8 @@ class QpOptions:
     solver : str
         How the C core goes about the horizon: "riccati" keeps the states and takes time linear in the number of
         intervals; "condensing" eliminates them; "auto" condenses where a horizon has no more free inputs than the
-        model has states. Chosen when a controller is made.
+        model has states, or up to eight times as many if the model is wide: its equations are solved as they are then.
+        Chosen when a controller is made.
     """
 
     max_iterations: int = 1000

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from rumo.kernel._core import TABLES
-from rumo.kernel.elimination import Positions, compose, eliminate
+from rumo.kernel.elimination import Equations, Positions, compose, eliminate, nothing_eliminated
+from rumo.kernel.factor import factor
 from rumo.kernel.tape import Tape
 from rumo.signals import Array
 
@@ -33,8 +34,8 @@ class StageProgram:
         Slot of the first nonzero of each of `VECTORS` and `MATRICES`.
     positions : mapping of str to (row, column) pairs
         Structural nonzeros of each of `MATRICES`, sorted by rows.
-    samples : ndarray, shape (points, nw, nw)
-        M at some points where the model may be.
+    samples : callable
+        M (points, nw, nw) at some points where the model may be: asked for only where it decides an order of pivots.
     """
 
     tape: Tape
@@ -42,7 +43,7 @@ class StageProgram:
     fixed: Array
     first: Mapping[str, int]
     positions: Mapping[str, Positions]
-    samples: Array
+    samples: Callable[[], Array]
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,9 @@ NUMBERS = tuple(member.name for member in members("rumo_numbers"))
 """What may change between two samples."""
 
 
-def describe(stage: StageProgram, sizes: Mapping[str, int], values: Mapping[str, Array]) -> Description:
+def describe(
+    stage: StageProgram, sizes: Mapping[str, int], values: Mapping[str, Array], maps: bool = False
+) -> Description:
     """All that `rumo_problem` asks for, by its names.
 
     Parameters
@@ -118,6 +121,8 @@ def describe(stage: StageProgram, sizes: Mapping[str, int], values: Mapping[str,
     values : mapping of str to ndarray
         Weights, limits, scales, and where intervals are after a sample; see `as_numbers`. Limits of constraints are 0
         where not given.
+    maps : bool
+        Whether there must be maps of the stages: else wide models, which are condensed then, have equations instead.
     """
     description: dict[str, Any] = dict(sizes)
     description |= {"slots": len(stage.fixed), "fixed": stage.fixed}
@@ -132,14 +137,22 @@ def describe(stage: StageProgram, sizes: Mapping[str, int], values: Mapping[str,
     description |= {f"{name}_first": stage.first[name] for name in VECTORS}
     rows, nx = sizes["states"] + sizes["algebraic"], sizes["states"]
     unknowns = rows + sizes["inner"]
-    elimination = eliminate(stage.first, stage.positions, unknowns, nx, sizes["inputs"], stage.samples)
+    equations = Equations(stage.first, stage.positions, unknowns, nx, sizes["inputs"])
+    wide = not (maps or sizes["explicit_scheme"]) and equations.wide(rows, sizes["blocks"] * sizes["inputs"])
+    elimination = nothing_eliminated(unknowns) if wide else eliminate(equations, stage.samples)
+    description["condensing"] = int(wide or sizes["condensing"])
     places = list(zip(elimination["elimination_row"].tolist(), elimination["elimination_column"].tolist(), strict=True))
     composition = compose(places if sizes["substeps"] > 1 else [], nx, rows)
-    description |= elimination | composition
+    factors = factor(equations.blocks if wide or any(equations.sparse) else [], equations.left)
+    description |= elimination | composition | factors
     description |= {
         "elimination_blocks": len(elimination["elimination_size"]),
         "elimination_entries": len(elimination["elimination_row"]),
         "composition_entries": len(composition["composition_row"]),
+        "factor_unknowns": len(factors["factor_equation"]),
+        "factor_blocks": len(factors["factor_size"]),
+        "factor_outer": len(factors["factor_nonzero"]) - len(factors["factor_entry"]),
+        "factor_inner": len(factors["factor_entry"]),
     }
     numbers = {"constraint_limits": np.zeros(sizes["constraints"])}
     numbers |= {name: values[name] for name in NUMBERS if name in values}

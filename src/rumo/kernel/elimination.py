@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from rumo.kernel.factor import MOST_PRODUCTS, Block, blocks_of
 from rumo.kernel.pivots import pivot_order
 from rumo.signals import Array
 
@@ -13,32 +14,14 @@ Positions = Sequence[tuple[int, int]]
 """(row, column) of the structural nonzeros of a matrix, sorted by rows."""
 
 
-def triangular_blocks(pattern: np.ndarray) -> list[list[int]]:
-    """Unknowns in groups that are solved for together, each group depending on earlier ones only.
-
-    Parameters
-    ----------
-    pattern : ndarray of bool, shape (n, n)
-        Which unknown enters which equation; the diagonal counts as set.
-    """
-    reached = pattern | np.eye(len(pattern), dtype=bool)
-    for _ in range(len(pattern).bit_length()):
-        reached = reached @ reached
-    coupled = reached & reached.T
-    # An unknown that depends on another without being coupled to it reaches more of them than that one.
-    groups = {tuple(np.flatnonzero(row).tolist()) for row in coupled}
-    return [list(group) for group in sorted(groups, key=lambda group: (reached[group[0]].sum(), group))]
+LANES = 8
+"""Columns that are computed together."""
+LARGE = 48
+"""Unknowns of a block above which an order of pivots is found from its pattern alone: from numbers it takes seconds."""
 
 
-def eliminate(
-    first: Mapping[str, int],
-    positions: Mapping[str, Positions],
-    unknowns: int,
-    states: int,
-    inputs: int,
-    samples: Array,
-) -> dict[str, np.ndarray]:
-    """Tables of `rumo_elimination` for `M dw = A0 dx + B du + defect`.
+class Equations:
+    """`M dw = A0 dx + B du + defect` by rows, in blocks of M in triangular order.
 
     Parameters
     ----------
@@ -48,27 +31,91 @@ def eliminate(
         Nonzeros of M, A0 and B.
     unknowns, states, inputs : int
         Sizes nw, nx and nu.
-    samples : ndarray, shape (points, nw, nw)
-        M at some points, for the order of pivots inside the blocks.
-    """
-    constant = states + inputs
-    m_at = {place: first["M"] + e for e, place in enumerate(positions["M"])}
-    right: list[dict[int, int]] = [{constant: first["defect"] + r} for r in range(unknowns)]
-    for e, (row, column) in enumerate(positions["A0"]):
-        right[row][column] = first["A0"] + e
-    for e, (row, column) in enumerate(positions["B"]):
-        right[row][states + column] = first["B"] + e
 
-    pattern = np.zeros((unknowns, unknowns), dtype=bool)
-    for place in m_at:
-        pattern[place] = True
-    blocks = triangular_blocks(pattern)
-    columns: dict[int, list[int]] = {}
-    for block in blocks:
-        reaching = {column for row in block for column in right[row]}
-        reaching |= {c for row, s in m_at if row in block and s not in block for c in columns[s]}
-        columns |= dict.fromkeys(block, sorted(reaching))
-    result = {place: e for e, place in enumerate((r, c) for r in range(unknowns) for c in columns[r])}
+    Attributes
+    ----------
+    left, right : list of dict
+        Rows of M and of [A0 | B | defect], column to slot.
+    blocks : list of Block
+        Each depends on earlier ones only.
+    columns : list of list of int
+        Of [A0 | B | defect], those that reach each block.
+    sparse : list of bool
+        Which blocks are solved by sparse factors.
+    """
+
+    def __init__(
+        self, first: Mapping[str, int], positions: Mapping[str, Positions], unknowns: int, states: int, inputs: int
+    ) -> None:
+        self.left: list[dict[int, int]] = [{} for _ in range(unknowns)]
+        self.right = [{states + inputs: first["defect"] + r} for r in range(unknowns)]
+        for name, rows, offset in (("M", self.left, 0), ("A0", self.right, 0), ("B", self.right, states)):
+            for e, (row, column) in enumerate(positions[name]):
+                rows[row][offset + column] = first[name] + e
+        self.blocks = blocks_of(self.left)
+        reaching: dict[int, list[int]] = {}
+        for block in self.blocks:
+            found = {column for row in block.equations for column in self.right[row]}
+            found.update(*({*reaching[s]} for row in block.equations for s in self.left[row] if s in reaching))
+            reaching |= dict.fromkeys(block.unknowns, sorted(found))
+        self.columns = [reaching[block.unknowns[0]] for block in self.blocks]
+        few = sum(block.products for block in self.blocks) <= MOST_PRODUCTS
+        self.sparse = [
+            few and len(block.unknowns) > LARGE and block.pays(len(c))
+            for block, c in zip(self.blocks, self.columns, strict=True)
+        ]
+
+    def pivots_of(self, block: Block, samples: Callable[[], Array]) -> tuple[list[int], list[int]]:
+        """Rows and columns of a block in the order in which they become pivots; `samples` as `eliminate` has it."""
+        if len(block.unknowns) == 1 or len(block.unknowns) > LARGE:
+            return block.equations, block.unknowns
+        members = sorted(block.unknowns)
+        pattern = np.array([[s in self.left[row] for s in members] for row in members])
+        order = pivot_order(pattern, samples()[:, np.array(members)[:, None], members])
+        rows, solved = ([members[i] for i in part] for part in order)
+        return rows, solved
+
+    def wide(self, rows: int, free: int) -> bool:
+        """Whether condensing is faster with the equations themselves than with their result.
+
+        Parameters
+        ----------
+        rows : int
+            Variables at the end, the first of the unknowns.
+        free : int
+            Free inputs on the horizon; on average, half of them act before a stage.
+
+        Notes
+        -----
+        By times measured per stage, in 0.1 ns: an entry of the equations takes 5 for each column of responses and 60 in
+        the two sweeps of a feedback; an entry of the result 1 and 4; elimination 9 for each column and entry of sparse
+        factors, 1.5 for each multiplication of dense ones. Dense blocks leave out what is zero as well.
+        """
+        if sum(block.products for block in self.blocks) > MOST_PRODUCTS:
+            return False
+        columns = free / 2 + LANES / 2
+        entries = sum(block.fill for block in self.blocks) + sum(map(len, self.left)) + sum(map(len, self.right))
+        result = eliminated = 0.0
+        for block, reaching in zip(self.blocks, self.columns, strict=True):
+            m, k = len(block.unknowns), len(reaching)
+            result += k * sum(unknown < rows for unknown in block.unknowns)
+            eliminated += min(9 * block.fill * k, 1.5 * m**2 * (m / 3 + k))
+        return entries * (5 * columns + 60) < result * (columns + 4) + eliminated
+
+
+def eliminate(equations: Equations, samples: Callable[[], Array]) -> dict[str, np.ndarray]:
+    """Tables of `rumo_elimination`.
+
+    Parameters
+    ----------
+    equations : Equations
+        What is solved.
+    samples : callable
+        M (points, nw, nw) at some points, for the order of pivots inside the blocks.
+    """
+    left, right = equations.left, equations.right
+    columns = {s: c for block, c in zip(equations.blocks, equations.columns, strict=True) for s in block.unknowns}
+    result = {place: e for e, place in enumerate((r, c) for r in range(len(left)) for c in columns[r])}
 
     load: list[tuple[int, int]] = []
     update: list[tuple[int, int, int]] = []
@@ -77,51 +124,60 @@ def eliminate(
     upper: list[int] = []
     counts: list[list[int]] = []
     pivots: list[tuple[int, int, int]] = []
-    for block in blocks:
-        m, reaching = len(block), columns[block[0]]
+    for block, reaching, sparse in zip(equations.blocks, equations.columns, equations.sparse, strict=True):
+        m, k = len(block.unknowns), len(reaching)
         before = len(load), len(update), len(store)
-        inside = np.ix_(block, block)
-        order = pivot_order(pattern[inside], samples[:, inside[0], inside[1]])
-        rows, solved = ([block[i] for i in part] for part in order)
-        nonzero = np.zeros((m, m + len(reaching) + 1), dtype=bool)
+        rows, solved = (block.equations, block.unknowns) if sparse else equations.pivots_of(block, samples)
+        position = {s: j for j, s in enumerate(solved)}
+        entry = block.entries() if sparse else {}
         for i, (row, unknown) in enumerate(zip(rows, solved, strict=True)):
-            start = i * nonzero.shape[1]
-            place = {column: start + m + j for j, column in enumerate(reaching)}
-            own = [(m_at[row, s], start + j) for j, s in enumerate(solved) if (row, s) in m_at]
-            own += [(slot, place[column]) for column, slot in sorted(right[row].items())]
-            others = sorted(s for r, s in m_at if r == row and s not in block)
-            known = [(m_at[row, s], result[s, column], place[column]) for s in others for column in columns[s]]
-            nonzero.flat[[at for *_, at in (*own, *known)]] = True
-            load += own
-            update += known
+            # Where the work has row i of M, and its right-hand side.
+            start = i * k if sparse else i * (m + k + 1) + m
+            place = {column: start + j for j, column in enumerate(reaching)}
+            for s, slot in left[row].items():
+                if s in position:
+                    load.append((slot, m * k + entry[i, position[s]] if sparse else start - m + position[s]))
+                else:
+                    update += [(slot, result[s, column], place[column]) for column in columns[s]]
+            load += [(slot, place[column]) for column, slot in right[row].items()]
             store += [(place[column], result[unknown, column]) for column in reaching]
+        added = [len(entries) - start for entries, start in zip((load, update, store), before, strict=True)]
+        counts.append([m, k, int(sparse), *added])
+        if sparse:
+            pivots += [(row, 0, 0) for row in rows]
+            continue
+        nonzero = np.zeros((m, m + k + 1), dtype=bool)
+        nonzero.flat[[at for *_, at in (*load[before[0] :], *update[before[1] :])]] = True
         for p, row in enumerate(rows):
             below, across = np.flatnonzero(nonzero[p + 1 :, p]) + p + 1, np.flatnonzero(nonzero[p, p + 1 :]) + p + 1
             nonzero[np.ix_(below, across)] = True
             pivots.append((row, len(below), len(across)))
             lower += below.tolist()
             upper += across.tolist()
-        added = [len(entries) - start for entries, start in zip((load, update, store), before, strict=True)]
-        counts.append([m, len(reaching), *added])
+    return _elimination(counts, pivots, (lower, upper), load, update, store, list(result))
 
-    sizes, of_pivots = _table(counts, 5), _table(pivots, 3)
-    return {
-        "elimination_size": sizes[:, 0].copy(),
-        "elimination_width": sizes[:, 1].copy(),
-        "elimination_loads": sizes[:, 2].copy(),
-        "elimination_updates": sizes[:, 3].copy(),
-        "elimination_stores": sizes[:, 4].copy(),
-        "elimination_unknowns": of_pivots[:, 0].copy(),
-        "elimination_below": of_pivots[:, 1].copy(),
-        "elimination_across": of_pivots[:, 2].copy(),
-        "elimination_lower": np.array(lower, dtype=np.int32),
-        "elimination_upper": np.array(upper, dtype=np.int32),
-        "elimination_load": _table(load, 2),
-        "elimination_update": _table(update, 3),
-        "elimination_store": _table(store, 2),
-        "elimination_row": np.array([row for row, _ in result], dtype=np.int32),
-        "elimination_column": np.array([column for _, column in result], dtype=np.int32),
-    }
+
+def nothing_eliminated(unknowns: int) -> dict[str, np.ndarray]:
+    """Tables of `rumo_elimination` where the equations themselves are solved."""
+    return _elimination([], [(row, 0, 0) for row in range(unknowns)], ([], []), [], [], [], [])
+
+
+def _elimination(
+    counts: Sequence[object],
+    pivots: Sequence[object],
+    nonzero: tuple[Sequence[int], Sequence[int]],
+    load: Sequence[object],
+    update: Sequence[object],
+    store: Sequence[object],
+    places: Positions,
+) -> dict[str, np.ndarray]:
+    names = ("size", "width", "sparse", "loads", "updates", "stores")
+    parts = {name: _table(counts, 6)[:, i].copy() for i, name in enumerate(names)}
+    parts |= {name: _table(pivots, 3)[:, i].copy() for i, name in enumerate(("unknowns", "below", "across"))}
+    parts |= {name: np.array(of, dtype=np.int32) for name, of in zip(("lower", "upper"), nonzero, strict=True)}
+    parts |= {"load": _table(load, 2), "update": _table(update, 3), "store": _table(store, 2)}
+    parts |= {name: _table(places, 2)[:, i].copy() for i, name in enumerate(("row", "column"))}
+    return {f"elimination_{name}": part for name, part in parts.items()}
 
 
 def compose(places: Positions, states: int, rows: int) -> dict[str, np.ndarray]:
@@ -135,20 +191,23 @@ def compose(places: Positions, states: int, rows: int) -> dict[str, np.ndarray]:
         Size nx, and number of variables at the end.
     """
     entry = {place: e for e, place in enumerate(places) if place[0] < rows}
-    found = set(entry)
-    while True:  # until another substep adds no place
-        reached = {(r, column) for r, i in entry if i < states for row, column in found if row == i}
-        if reached <= found:
-            break
-        found |= reached
-    order = sorted(found)
+    A: list[list[int]] = [[] for _ in range(rows)]
+    found: list[set[int]] = [set() for _ in range(rows)]
+    for row, column in entry:
+        found[row].add(column)
+        if column < states:
+            A[row].append(column)
+    count = 0
+    while count < (count := sum(map(len, found))):  # until another substep adds no place
+        before = [set(columns) for columns in found[:states]]
+        for row in range(rows):
+            found[row].update(*(before[i] for i in A[row]))
+    order = [(row, column) for row in range(rows) for column in sorted(found[row])]
     composed = {place: e for e, place in enumerate(order)}
     counts: list[int] = []
     products: list[tuple[int, int]] = []
     for row, column in order:
-        pairs = [
-            (entry[row, i], composed[i, column]) for i in range(states) if (row, i) in entry and (i, column) in found
-        ]
+        pairs = [(entry[row, i], composed[i, column]) for i in A[row] if column in found[i]]
         counts.append(len(pairs))
         products += pairs
     start = [entry.get(place, -1) for place in order]

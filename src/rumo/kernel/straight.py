@@ -21,7 +21,9 @@ def elimination_source(tables: Mapping[str, Any], name: str, horizon: int) -> st
     horizon : int
         Number N of stages.
     """
-    lines = list(_Writer(tables).statements()) if _products(tables) <= LIMIT else None
+    in_order = len(tables["elimination_size"]) and not tables["elimination_sparse"].any()
+    wanted = in_order and _products(tables) <= LIMIT
+    lines = list(_Writer(tables).statements()) if wanted else None
     if lines is None:
         body = "return 0;"
     else:

@@ -33,6 +33,8 @@ logger = logging.getLogger("rumo")
 SOURCES = Path(extension).parent / "core"
 PATIENCE = 120.0
 """Time that a compiler may take [s]."""
+LONGEST = 4000
+"""Instructions of wide models that are worth compiling: some seconds, for a tenth of their time."""
 SUFFIX = ".dll" if os.name == "nt" else ".so"
 
 COMMON = ("-std=c11", "-shared", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-w")
@@ -63,7 +65,7 @@ def portable() -> Build:
 
 
 def tailored(description: Description, solver: str | None = None) -> Build:
-    """The build for a problem, compiled if the cache has none; the portable one if that is not possible.
+    """The build for a problem, compiled if the cache has none; the portable one if that is not possible or no gain.
 
     Parameters
     ----------
@@ -72,6 +74,10 @@ def tailored(description: Description, solver: str | None = None) -> Build:
     solver : str or None
         A file that defines another stage solver, see `solve/stage_solver.h`.
     """
+    length = len(description.tape.code) + len(description.inner_tape.code)
+    if description.values["elimination_blocks"] == 0 and length > LONGEST:
+        logger.info("The portable build of the core is used: compiling so wide a model takes long and gains little.")
+        return portable()
     try:
         sources = _sources(description, solver)
         command = compiler()
@@ -121,6 +127,8 @@ def _sources(description: Description, solver: str | None = None) -> tuple[str, 
 #define RUMO_TABLE rumo_core_tailored
 #define RUMO_BUILD "tailored"
 #define RUMO_EVALUATE "model.h"
+#define RUMO_SPARSE {int(description.values["elimination_sparse"].any())}
+#define RUMO_WIDE {int(description.values["elimination_blocks"] == 0)}
 {f'#define RUMO_SOLVER "{solver}"' if solver else ""}
 #include "core.c"
 """,

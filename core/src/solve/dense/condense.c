@@ -10,6 +10,7 @@
 
 #include "base/lanes.h"
 #include "base/dims.h"
+#include "stages/equations.c"
 #include "stages/sparse.h"
 #include "base/blocks.h"
 #include "solve/dense/factorise.c"
@@ -18,6 +19,7 @@ typedef struct condensed {
     rumo_blocking held;
     double *stages;       /* (N, width, ldx): columns of A, B and c */
     double *response;     /* (N, rows, ld): dx and dz over v */
+    double *right;        /* (nw, ld): of wide models' equations */
     double *outputs;      /* (N ny, ld): sqrt(2 Q) dy over v */
     double *rows;         /* (N nc, ld): dG over v */
     double *root_weights; /* (N, ny): sqrt(2 Q) */
@@ -110,6 +112,26 @@ static void respond(const dims *s, const sparse *map, const int *end_of_A, const
                 const int j = map->column[e] - s->nx;
                 if (j < s->nu) act(s, &h->held, k, j, maps[(ptrdiff_t)e * s->lanes + k] * input_scales[j], row);
             }
+        }
+    }
+}
+
+/* The same from the equations of wide models. */
+static void respond_widely(const equations *q, const double *input_scales, condensed *h) {
+    const dims *s = &q->s;
+    const rumo_pattern *B = &q->problem->B;
+    for (int k = s->d; k < s->N; ++k) {
+        double *now = h->response + (ptrdiff_t)k * s->rows * s->ld;
+        const double *before = k > s->d ? now - (ptrdiff_t)s->rows * s->ld : NULL;
+        const int length = padded(inputs_at(s, &h->held, k));
+        for (int j = 0; j < s->m; ++j) {
+            const double *numbers = numbers_of(q, k, j) + q->B;
+            const int rows = j + 1 == s->m ? s->rows : s->nx;
+            zero(h->right, s->nw * s->ld);
+            for (int e = 0; e < B->count; ++e)
+                act(s, &h->held, k, B->column[e], numbers[e] * input_scales[B->column[e]], h->right + B->row[e] * s->ld);
+            advance_columns(q, k, j, before, h->right, rows, now, s->ld, length);
+            before = now;
         }
     }
 }

@@ -21,7 +21,8 @@ typedef struct dense {
     double *zeros;                         /* (nu,) */
     double *inputs;                        /* (nb, nu) */
     double *forces;                        /* (rows,): multipliers */
-    double *du_known, *du_slope;           /* (N, nu): of du, what is there at v = 0; (nu,) */
+    double *du_known;                      /* (N, nu): of du, what is there at v = 0 */
+    double *du_slope, *du_through;         /* (nu,): slopes by du of a stage, its own and those of later ones */
     double *largest_force;                 /* (nu,): along an input, over the horizon */
     double *lambda, *earlier;              /* (ldx,): the dynamics' multipliers at a stage, and at the one before */
     /* What is being solved. */
@@ -41,7 +42,9 @@ RARE static void dense_lay_out(arena *a, void *self, const rumo_problem *own, co
     d->limits = lay_out_limits(a, &s, bounds);
     condensed *const h = &d->condensed;
     h->held = own->blocking;
-    h->stages = alloc_doubles(a, (ptrdiff_t)s.N * s.width * s.ldx);
+    const int wide = given->elimination.blocks == 0;
+    h->stages = alloc_doubles(a, wide ? 0 : (ptrdiff_t)s.N * s.width * s.ldx);
+    h->right = alloc_doubles(a, wide ? s.nw * s.ld : 0);
     h->response = alloc_doubles(a, (ptrdiff_t)s.N * s.rows * s.ld);
     h->outputs = alloc_doubles(a, (ptrdiff_t)s.N * s.ny * s.ld);
     h->rows = alloc_doubles(a, (ptrdiff_t)s.N * s.nc * s.ld);
@@ -63,6 +66,7 @@ RARE static void dense_lay_out(arena *a, void *self, const rumo_problem *own, co
     d->du_known = alloc_doubles(a, s.N * s.nu);
     d->du_slope = alloc_doubles(a, s.nu);
     d->largest_force = alloc_doubles(a, s.nu);
+    d->du_through = alloc_doubles(a, s.nu);
     d->lambda = alloc_doubles(a, s.ldx);
     d->earlier = alloc_doubles(a, s.ldx);
     d->conflict = (rumo_conflict *)alloc(a, (size_t)d->p.q.capacity * sizeof *d->conflict);

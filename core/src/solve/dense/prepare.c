@@ -43,8 +43,12 @@ OUTSIDE static int dense_prepare(void *self, const stage_maps *m, int shift) {
     const dims s = dims_of(&p->sizes);
     const double *scales = p->numbers.input_scales;
     condensed *const h = &d->condensed;
-    spread(&s, &m->map, m->map_row, m->maps, h->stages);
-    respond(&s, &m->map, m->end_of_A, m->maps, scales, h);
+    if (is_wide(m)) {
+        respond_widely(&m->equations, scales, h);
+    } else {
+        spread(&s, &m->map, m->map_row, m->maps, h->stages);
+        respond(&s, &m->map, m->end_of_A, m->maps, scales, h);
+    }
     for (int k = s.d; k < s.N; ++k) {
         const int length = padded(inputs_at(&s, &h->held, k));
         for (int i = k * s.ny; i < (k + 1) * s.ny; ++i)

@@ -4,7 +4,29 @@
 
 #include "solve/active_set/qp.c"
 #include "solve/dense/dense.h"
+#include "stages/adjoint.c"
 #include "stages/along.c"
+
+/* dx and dz (ldx,) of stage k from dx of the one before; du may be NULL for none. */
+static void advance_stage(const dense *d, int k, const double *before, const double *du, double *dx) {
+    const dims s = dims_of(&d->problem->sizes);
+    if (is_wide(d->maps)) advance_interval(&d->maps->equations, k, before, du, dx);
+    else advance(&s, d->condensed.stages + (ptrdiff_t)k * s.width * s.ldx, before, du, dx);
+}
+
+/* Slopes by dx and dz of stage k, lambda, become those by dx of the one before; by du they are `through` (nu,). */
+static void retreat_stage(const dense *d, int k, double *through) {
+    const dims s = dims_of(&d->problem->sizes);
+    const double *stage = d->condensed.stages + (ptrdiff_t)k * s.width * s.ldx;
+    zero(d->earlier, s.ldx);
+    if (is_wide(d->maps)) {
+        retreat_interval(&d->maps->equations, k, d->lambda, d->earlier, through);
+    } else {
+        for (int j = 0; j < s.nu; ++j) through[j] = dot(stage + (s.nx + j) * s.ldx, d->lambda, s.ldx);
+        for (int c = 0; c < s.nx; ++c) d->earlier[c] = dot(stage + c * s.ldx, d->lambda, s.ldx);
+    }
+    copy(d->lambda, d->earlier, s.ldx);
+}
 
 /* Gradient and limits of the QP, now that measurement and reference are known. */
 static WITHIN void set_up_qp(dense *d, const stage_maps *m, const stage_known *known, stage_step *step) {
@@ -24,7 +46,7 @@ static WITHIN void set_up_qp(dense *d, const stage_maps *m, const stage_known *k
     for (int k = 0; k < s.N; ++k) {
         double *dx = step->dx + (ptrdiff_t)(k + 1) * s.ldx;
         const double *du = k < s.d || !unblocked(&s) ? step->du + k * s.nu : NULL;
-        advance(&s, h->stages + (ptrdiff_t)k * s.width * s.ldx, dx - s.ldx, du, dx);
+        advance_stage(d, k, dx - s.ldx, du, dx);
         for (int r = 0; r < s.nc; ++r) {
             const int i = k * s.nc + r;
             d->constraints[i] =
@@ -103,7 +125,7 @@ static void dense_advance(dense *d) {
             step->du[k * s.nu + j] = d->du_known[k * s.nu + j] + scale[j] * blocked_input(&s, &h->held, d->zeros, v, k, j);
     for (int k = s.d; k < s.N; ++k) {
         double *dx = step->dx + (ptrdiff_t)(k + 1) * s.ldx;
-        advance(&s, h->stages + (ptrdiff_t)k * s.width * s.ldx, dx - s.ldx, step->du + k * s.nu, dx);
+        advance_stage(d, k, dx - s.ldx, step->du + k * s.nu, dx);
     }
 }
 
@@ -135,9 +157,8 @@ static double dense_slope(qp *q, double *rest) {
     }
     zero(d->lambda, s.ldx);
     for (int k = s.N - 1; k >= s.d; --k) {
-        const double *stage = d->condensed.stages + (ptrdiff_t)k * s.width * s.ldx;
         const double *dx = d->step->dx + (ptrdiff_t)(k + 1) * s.ldx, *du = d->step->du + k * s.nu;
-        double *direct = d->du_slope;
+        double *direct = d->du_slope, *through = d->du_through;
         zero(direct, s.nu);
         for (int r = 0; r < s.ny; ++r) {
             const int i = k * s.ny + r;
@@ -147,16 +168,13 @@ static double dense_slope(qp *q, double *rest) {
         }
         for (int r = 0; r < s.nc; ++r)
             if (forces[k * s.nc + r] != 0.0) add_gradient(m, &m->D, &m->E, k, r, forces[k * s.nc + r], d->lambda, direct);
+        retreat_stage(d, k, through);
         for (int j = 0; j < s.nu; ++j) {
-            const double through = dot(stage + (s.nx + j) * s.ldx, d->lambda, s.ldx);
-            const double force = (through + direct[j]) * numbers->input_scales[j];
-            const double parts = larger(fabs(through), fabs(direct[j])) * numbers->input_scales[j];
+            const double force = (through[j] + direct[j]) * numbers->input_scales[j];
+            const double parts = larger(fabs(through[j]), fabs(direct[j])) * numbers->input_scales[j];
             force_along[j] = larger(force_along[j], parts);
             act(&s, &d->condensed.held, k, j, force, slope);
         }
-        zero(d->earlier, s.ldx);
-        for (int c = 0; c < s.nx; ++c) d->earlier[c] = dot(stage + c * s.ldx, d->lambda, s.ldx);
-        copy(d->lambda, d->earlier, s.ldx);
     }
     zero(rest, s.ld);
     add_transformed(&d->p, slope, s.n, rest);

@@ -13,6 +13,9 @@ from rumo.shift import Shift
 from rumo.signals import Array
 from rumo.transcription import Transcription
 
+MOST_FREE_INPUTS = 8
+"""For each state of a wide model that is condensed: with more, Riccati sweeps are as fast by times measured."""
+
 
 def core_settings(settings: ControllerSettings) -> CoreSettings:
     """Settings as the core has them; those of a method in Python have only a gate."""
@@ -52,13 +55,25 @@ def core_problem(transcription: Transcription, solver: str = "auto") -> Descript
     for name, array in blocking.items():  # of all intervals; those before the first free one have none
         values[f"blocking_{name}"] = np.concatenate([np.zeros(problem.delay, array.dtype), array])
     values |= {"imposed": transcription.imposed, "algebraic_guess": model.algebraic_guess}
-    return describe(stage_program(transcription), sizes, values)
+    return describe(stage_program(transcription), sizes, values, maps=sweeps(problem, solver))
 
 
 def condenses(problem: Problem, solver: str) -> bool:
     """Whether states are condensed: unless asked for, where a horizon has no more free inputs than the model states."""
-    free = len(problem.blocks.lengths) * len(problem.model.inputs)
-    return solver == "condensing" or (solver == "auto" and free <= len(problem.model.states))
+    return solver == "condensing" or (solver == "auto" and _free_inputs(problem) <= len(problem.model.states))
+
+
+def sweeps(problem: Problem, solver: str) -> bool:
+    """Whether Riccati sweeps need the stages' maps, even of models so wide that condensing goes without.
+
+    Unless asked for, they are faster where free inputs outnumber such a model's states by far.
+    """
+    many = _free_inputs(problem) > MOST_FREE_INPUTS * len(problem.model.states)
+    return solver == "riccati" or (solver == "auto" and many)
+
+
+def _free_inputs(problem: Problem) -> int:
+    return len(problem.blocks.lengths) * len(problem.model.inputs)
 
 
 def numbers_of(transcription: Transcription) -> dict[str, Array]:

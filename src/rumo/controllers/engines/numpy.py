@@ -106,13 +106,13 @@ class NumpyRti(Method):
         # The initial state is the measurement, the first d inputs are those already decided.
         dx, values = x - guess.x[0], np.vstack([applied[-1], self._values])
         du = np.vstack([applied[:d], blocks @ values]) - guess.u
-        program = quadratic_program(horizon, problem, dx, du, tracked(problem, window)[1:], values)
+        program, unit = quadratic_program(horizon, problem, dx, du, tracked(problem, window)[1:], values)
         solution = self._optimize(program, self.settings.qp)
         v, dxz = np.split(solution.q, [self._values.size])
 
         # x = x_g + dx, u = u_g + du
         du[d:] += blocks[:, 1:] @ (v.reshape(-1, nu) * problem.input_scales)
-        dxz = dxz.reshape(len(du), -1) * horizon.unit
+        dxz = dxz.reshape(len(du), -1) * unit
         before = np.vstack([dx, dxz[:-1, :nx]])
         states = np.vstack([x, guess.x[1:] + dxz[:, :nx]])
         inner = guess.inner + affine(horizon.c, (horizon.A, before), (horizon.B, du))[:, nx:]

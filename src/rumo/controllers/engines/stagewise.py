@@ -22,6 +22,8 @@ from rumo.transcription import Stages
 
 # A constraint that the inputs' ranges move by less than this share of its scale is not imposed.
 NO_INFLUENCE = 1e-10
+FARTHEST = 1e4
+"""Deviation of a state that is known beforehand, in its unit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,8 +173,8 @@ def assemble(stages: Stages, problem: Problem, imposed: np.ndarray) -> Horizon:
 
 def quadratic_program(
     horizon: Horizon, problem: Problem, dx: Array, du: Array, reference: Array, values: Array
-) -> SparseProgram:
-    """The QP of equation (implicit-optimization-problem).
+) -> tuple[SparseProgram, Array]:
+    """The QP of equation (implicit-optimization-problem), and the unit of dxz in it.
 
     For the known deviations of the initial state (nx,) and of inputs (N, nu), wanted outputs (N, ny), and the input
     before the first block and the blocks' guessed ones (nb + 1, nu).
@@ -187,25 +189,32 @@ def quadratic_program(
 
     ends = affine(horizon.c, (horizon.B, du))[:, : len(unit)]
     ends[0] += horizon.A[0, : len(unit)] @ dx
+    from scipy.sparse import diags_array  # not needed by the compiled backends
+
+    # States that inputs hardly reach are no more than FARTHEST units away.
+    grown = np.maximum(1.0, np.abs(ends / unit).max(axis=0) / FARTHEST)
+    factors = np.r_[np.ones(moves.size), np.tile(grown, len(du))]
+    D, inverse = diags_array(factors), diags_array(1.0 / factors[moves.size :])
     rows, row_unit, limited = horizon.rows, horizon.row_unit, limited_moves(problem)
     l1, l2 = (np.tile(price, len(du))[rows] for price in (problem.numbers.l1, problem.numbers.l2))
     lower, upper = ((bound - values[1:]) / scale for bound in problem.block_bounds)
     move_lower, move_upper = ((bound / scale - moves)[:, limited].ravel() for bound in problem.block_move_bounds)
     inputs, states = np.arange(len(scale)), len(scale) + np.arange(len(unit))
-    return SparseProgram(
-        hessian=horizon.hessian,
-        gradient=gradient,
-        equations=horizon.dynamics,
-        ends=(ends / unit).ravel(),
+    program = SparseProgram(
+        hessian=(D @ horizon.hessian @ D).tocsc(),
+        gradient=factors * gradient,
+        equations=(inverse @ horizon.dynamics @ D).tocsc(),
+        ends=(ends / (unit * grown)).ravel(),
         lower=lower.ravel(),
         upper=upper.ravel(),
-        rows=horizon.limits,
+        rows=(horizon.limits @ D).tocsc(),
         row_lower=np.r_[np.full(len(rows), -np.inf), move_lower],
         row_upper=np.r_[-affine(stages.G, (stages.E, du)).ravel()[rows] / row_unit, move_upper],
         l1=np.r_[l1 * row_unit, np.full(len(move_lower), np.inf)],
         l2=np.r_[l2 * row_unit**2, np.zeros(len(move_lower))],
         signals=np.r_[np.tile(inputs, len(moves)), np.tile(states, len(du))],
     )
+    return program, unit * grown
 
 
 def limited_moves(problem: Problem) -> np.ndarray:
