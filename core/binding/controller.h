@@ -25,7 +25,8 @@ public:
         raise_if(portable_table()->check(&problem));
         const rumo_settings chosen = settings_from(settings);
         sizes_ = problem.sizes;
-        memory_ = std::make_unique<unsigned char[]>(api_->size(&problem));
+        bytes_ = api_->size(&problem);
+        memory_ = std::make_unique<unsigned char[]>(bytes_);
         core_ = api_->create(&problem, &chosen, memory_.get());
         const auto &s = sizes_;
         count_ = static_cast<std::size_t>(s.horizon * s.inputs + (s.horizon + 1) * s.states +
@@ -128,6 +129,9 @@ public:
         }
     }
 
+    // Bytes, known before the first step.
+    std::size_t memory() const { return bytes_; }
+
 private:
     // Two threads may not be in one controller; waiting for the other must not hold the interpreter.
     struct Lock {
@@ -175,7 +179,7 @@ private:
     rumo_sizes sizes_{};
     std::unique_ptr<unsigned char[]> memory_;
     rumo_controller *core_ = nullptr;
-    std::size_t count_ = 0;
+    std::size_t bytes_ = 0, count_ = 0;
     nb::object layout_;
     std::mutex mutex_;
 };

@@ -31,7 +31,8 @@ NB_MODULE(_core, module) {
         .def("prepare", &Controller::prepare)
         .def("feedback", &Controller::feedback)
         .def("step", &Controller::step)
-        .def("replay", &Controller::replay);
+        .def("replay", &Controller::replay)
+        .def_prop_ro("memory", &Controller::memory);
     nb::class_<Guard>(module, "Guard")
         .def(nb::init<nb::dict, nb::dict>(), "values"_a, "settings"_a)
         .def("configure", &Guard::configure)

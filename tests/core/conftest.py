@@ -56,10 +56,11 @@ def tailored_headers(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def core_of(tmp_path_factory, tailored_headers):
-    """The core as an object file: fast, sanitized, or tailored and sanitized."""
+    """The core as an object file: fast, sanitized, that with hardly any room for members, or tailored and sanitized."""
     builds = {
         "fast": ("-O2", "-Wshadow"),
         "sanitized": ("-O1", *SANITIZERS),
+        "roomless": ("-O1", *SANITIZERS, "-DRUMO_KEPT_MEMBERS=2"),
         "tailored": ("-O1", *SANITIZERS, *tailored_flags(tailored_headers)),
     }
 

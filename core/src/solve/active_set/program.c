@@ -40,8 +40,10 @@ static double matrix_slope(qp *q, double *rest) {
     return largest_size(slope, q->ld) / size;
 }
 
-static const qp_space matrix_space = {matrix_start,   matrix_evaluate, matrix_correct,
-                                      matrix_transform, matrix_slope,    matrix_size_of};
+static const qp_space matrix_space = {.start = matrix_start,         .evaluate = matrix_evaluate, .correct = matrix_correct,
+                                      .transform = matrix_transform, .slope = matrix_slope,       .size_of = matrix_size_of,
+                                      .condition = NULL,             .solve = NULL,               .combine = NULL,
+                                      .project = NULL};
 
 static void lay_out_program(arena *a, program *p, int n, int rows) {
     alloc_matrix_program(a, &p->m, &matrix_space, n, 0, rows);

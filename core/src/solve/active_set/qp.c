@@ -100,10 +100,12 @@ static dual_step longest_step(const qp *q, const double *direction, double sign,
 
 /* Change multipliers, and the minimiser with them. */
 static void move_multipliers(qp *q, const double *restrict direction, int members, double length) {
+    double *restrict change = q->parts;
     for (int i = 0; i < members; ++i) {
-        q->mu[i] += length * direction[i];
-        axpy(q->w, -length * direction[i], moved(q, i), q->ld);
+        change[i] = length * direction[i];
+        q->mu[i] += change[i];
     }
+    move_w(q, change, members);
 }
 
 /* Change the state of a member whose multiplier has reached the end of its range. */
@@ -111,8 +113,7 @@ static void leave(qp *q, int position, int at_l1) {
     const int row = q->member[position], waiting = q->pending && position == q->count;
     const row_state state = (row_state)q->state[row];
     const double limit = at_l1 ? q->l1[row] : 0.0;
-    axpy(q->w, q->mu[position] - limit, moved(q, position), q->ld);
-    q->mu[position] = limit;
+    release(q, position, limit);
     if (!at_l1 || (state == GIVING && limit == 0.0)) {
         watch(q, row, INACTIVE);
     } else if (state == AT_UPPER && q->l2[row] == 0.0) {
@@ -134,7 +135,8 @@ static inline double dual_slope(const qp *q, int position) {
 /* Minimise over the working set by moving the multipliers; 1 once there, 0 if one of them stopped it. */
 static int follow_members(qp *q, int first, double *gain) {
     double *restrict slope = q->trial, *restrict direction = q->direction;
-    const int settled = q->delicate ? 0 : q->settled;
+    const int settled = q->delicate || !q->kept ? 0 : q->settled;
+    if (!q->kept) evaluate_at_w(q);
     zero(direction, settled);
     for (int i = settled; i < q->count; ++i) slope[i] = direction[i] = dual_slope(q, i);
     solve_members(q, settled, q->count, direction);
@@ -151,6 +153,15 @@ static int follow_members(qp *q, int first, double *gain) {
     return 0;
 }
 
+/* Values of members at w = 0. */
+RARE static void values_at_zero(qp *q, int members, double *restrict values) {
+    if (!q->kept) {
+        evaluate_at_w(q);
+        q->space->project(q, q->w, members, values);
+    }
+    for (int i = 0; i < members; ++i) values[i] = q->kept ? q->base[q->place[i]] : q->value[q->member[i]] - values[i];
+}
+
 /* Whether the hard rows among members cannot hold together: their combination p, which has the signs of multipliers, is
  * next to zero, and that of their limits is not. They are noted. */
 RARE static int contradict(qp *q, const double *restrict p) {
@@ -158,6 +169,8 @@ RARE static int contradict(qp *q, const double *restrict p) {
     double size = 0.0, violation = 0.0, room = 0.0;
     q->conflicts = 0;
     const int members = q->count + q->pending;
+    double *restrict at_zero = q->direction; /* values at w = 0 */
+    values_at_zero(q, members, at_zero);
     for (int i = 0; i < members; ++i) size = larger(size, fabs(p[i]) * q->norm[q->member[i]]);
     for (int i = 0; i < members; ++i) {
         const int row = q->member[i], lower = q->state[row] == AT_LOWER;
@@ -166,7 +179,7 @@ RARE static int contradict(qp *q, const double *restrict p) {
         parts[i] = matters ? p[i] : 0.0;
         if (!matters) continue;
         q->conflict[q->conflicts++] = row;
-        violation -= p[i] * ((lower ? q->lower[row] : q->upper[row]) - q->base[q->place[i]]);
+        violation -= p[i] * ((lower ? q->lower[row] : q->upper[row]) - at_zero[i]);
         room += q->tolerance * part;
     }
     room += REMOTE * q->space->size_of(q, parts, members);
@@ -183,6 +196,7 @@ static int follow_ray(qp *q, int first, double *gain) {
     for (int i = 0; i < q->count; ++i) p[i] = -p[i];
     p[q->count] = 1.0;
     double slope = 0.0, size = 0.0;
+    if (!q->kept) evaluate_at_w(q);
     for (int i = 0; i < members; ++i) {
         slope += p[i] * dual_slope(q, i);
         size = larger(size, fabs(p[i]) * q->norm[q->member[i]]);
@@ -215,6 +229,7 @@ static int follow_ray(qp *q, int first, double *gain) {
     if (contradict(q, p) || full) return 0;
     q->D[q->count] = larger(q->D[q->count], 1e-300);
     ++q->count;
+    q->stale = 1;
     q->pending = 0;
     return 1;
 }
@@ -229,14 +244,14 @@ static void enter(qp *q, int row) {
 
 /* w for the multipliers that were kept. If those of a wild program lead far off, there is no way back: start afresh. */
 static void start_warm(qp *q) {
-    q->space->start(q);
+    start_at_minimum(q);
     if (!q->count) return;
     const double expected = dot(q->w, q->w, q->ld) + q->span;
-    for (int i = 0; i < q->count; ++i) axpy(q->w, -q->mu[i], moved(q, i), q->ld);
+    move_w(q, q->mu, q->count);
     if (dot(q->w, q->w, q->ld) <= REMOTE * REMOTE * expected) return;
     clear_members(q);
     watch_members(q);
-    q->space->start(q);
+    start_at_minimum(q);
 }
 
 /* What keeps the minimiser over the working set from being the solution: a row beyond its limits, or a member whose
@@ -290,7 +305,7 @@ static rumo_status solve_qp(qp *q, const budget *limits) {
             }
             if (!follow_ray(q, first, &gain)) return give_up(q);
         } else if (follow_members(q, first, &gain) && (!q->delicate || follow_members(q, first, &gain))) {
-            q->space->evaluate(q);
+            evaluate_at_w(q);
             if (!all_finite(q->value, q->rows)) return give_up(q);
             found = find_obstacle(q, first);
             if (q->kkt_residual > FINE && !fresh) { /* updates of L D L' have cost too many digits */
@@ -301,7 +316,7 @@ static rumo_status solve_qp(qp *q, const budget *limits) {
             if (found.row < 0 && found.member < 0) break;
         }
         if (q->iterations >= limits->iterations || (isfinite(end) && seconds_now() > end)) {
-            if (found.row < 0) q->space->evaluate(q);
+            evaluate_at_w(q);
             return RUMO_BUDGET_EXCEEDED;
         }
         ++q->iterations;

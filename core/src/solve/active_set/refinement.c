@@ -30,13 +30,14 @@ static double refine(qp *q) {
 
     /* [H A'; A -E] (dv, dmu) = -(slope, off), in the coordinates of w */
     for (int j = 0; j < q->ld; ++j) step[j] = -step[j];
-    for (int i = 0; i < q->count; ++i) off[i] += dot(moved(q, i), step, q->ld);
+    double *restrict along = q->direction;
+    project_on_members(q, step, q->count, along);
+    for (int i = 0; i < q->count; ++i) off[i] += along[i];
     solve_members(q, 0, q->count, off);
-    for (int i = 0; i < q->count; ++i) {
-        axpy(step, -off[i], moved(q, i), q->ld);
-        q->mu[i] += off[i];
-    }
+    subtract_members(q, off, q->count, step);
+    for (int i = 0; i < q->count; ++i) q->mu[i] += off[i];
     q->last_step = q->space->correct(q, step);
+    q->evaluated = 1;
     return largest;
 }
 

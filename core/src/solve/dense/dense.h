@@ -20,7 +20,6 @@ typedef struct dense {
     double *best, *other;                  /* (ld,) */
     double *zeros;                         /* (nu,) */
     double *inputs;                        /* (nb, nu) */
-    double *forces;                        /* (rows,): multipliers */
     double *du_known;                      /* (N, nu): of du, what is there at v = 0 */
     double *du_slope, *du_through;         /* (nu,): slopes by du of a stage, its own and those of later ones */
     double *largest_force;                 /* (nu,): along an input, over the horizon */
@@ -62,7 +61,6 @@ RARE static void dense_lay_out(arena *a, void *self, const rumo_problem *own, co
     d->other = alloc_doubles(a, s.ld);
     d->zeros = alloc_doubles(a, s.nu);
     d->inputs = alloc_doubles(a, s.n);
-    d->forces = alloc_doubles(a, d->p.q.places);
     d->du_known = alloc_doubles(a, s.N * s.nu);
     d->du_slope = alloc_doubles(a, s.nu);
     d->largest_force = alloc_doubles(a, s.nu);

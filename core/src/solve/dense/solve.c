@@ -138,10 +138,10 @@ static double dense_slope(qp *q, double *rest) {
     const stage_maps *m = d->maps;
     const double *u = m->guess_values, *last = last_known(&s, d->known), *v = d->p.v;
     double *restrict slope = d->p.sum, *restrict force_along = d->largest_force, worst = 0.0;
-    const double *forces = d->forces + q->first_soft;
+    const double *forces = q->forces + q->first_soft;
     dense_advance(d);
     zero(slope, s.ld);
-    gather_forces(q, 1, d->forces);
+    gather_forces(q, 1);
     for (int i = 0; i < q->count; ++i)
         if (q->member[i] < q->first_soft) add_row(&d->p, q->member[i], q->mu[i], slope);
     zero(force_along, s.nu);
@@ -182,8 +182,10 @@ static double dense_slope(qp *q, double *rest) {
     return worst;
 }
 
-static const qp_space dense_space = {matrix_start,     matrix_evaluate, matrix_correct,
-                                     matrix_transform, dense_slope,     matrix_size_of};
+static const qp_space dense_space = {.start = matrix_start,         .evaluate = matrix_evaluate, .correct = matrix_correct,
+                                     .transform = matrix_transform, .slope = dense_slope,        .size_of = matrix_size_of,
+                                     .condition = NULL,             .solve = NULL,               .combine = NULL,
+                                     .project = NULL};
 
 /* Constraints at v, and the states that lead there. */
 static WITHIN void dense_expand(dense *d) {

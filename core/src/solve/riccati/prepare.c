@@ -34,7 +34,6 @@ RARE static void riccati_lay_out(arena *a, void *self, const rumo_problem *own, 
     double **const by_lanes[] = {&r->change_lanes, &r->moves, &r->former};
     for (size_t i = 0; i < sizeof by_lanes / sizeof *by_lanes; ++i) *by_lanes[i] = alloc_doubles(a, s.nu * lanes);
     r->force = alloc_doubles(a, lanes);
-    r->forces = alloc_doubles(a, (2 * s.nu + s.nc) * lanes);
     r->row = alloc_doubles(a, p.ld);
     r->out = alloc_doubles(a, p.ld);
     r->reach_rows = alloc_doubles(a, (ptrdiff_t)s.nx * p.ld);
@@ -44,8 +43,9 @@ RARE static void riccati_lay_out(arena *a, void *self, const rumo_problem *own, 
     lay_out_node_rows(a, &s, s.ny, given->Cx.count, given->Cu.count, &r->outputs);
     lay_out_node_rows(a, &s, s.nc, given->D.count, given->E.count, &r->constraints);
     alloc_qp(a, &r->q, &riccati_space, s.n, (2 * s.nu + s.nc) * s.lanes, 2 * s.nu * s.lanes);
-    r->pi = alloc_doubles(a, (ptrdiff_t)r->q.capacity * p.ld);
-    r->gamma = alloc_doubles(a, r->q.capacity);
+    r->pi = alloc_doubles(a, (ptrdiff_t)r->q.room * p.ld);
+    r->gamma = alloc_doubles(a, r->q.room);
+    if (r->q.room < r->q.capacity) lay_out_chain(a, r, &s, &p);
     r->conflict = (rumo_conflict *)alloc(a, (size_t)r->q.capacity * sizeof *r->conflict);
     r->entries = (laid_entry *)alloc(a, (size_t)(s.rows * s.width) * sizeof *r->entries);
     if (a->base) lay_out_inputs(&s, &p, &own->blocking, r);
@@ -126,6 +126,7 @@ OUTSIDE static int riccati_prepare(void *self, const stage_maps *m, int shift) {
     lay_stages(r, m);
     if (!factorise_stages(r)) return 0;
     set_fine(&r->q, 1.0);
+    r->chain.laid = 0;
     refresh_norms(r, r->norms_at < 0 ? s.N - s.d : (s.N - s.d + NORM_SAMPLES - 1) / NORM_SAMPLES);
     r->shift = shift && unblocked(&s) && r->problem->shift.same_rows;
     renew_members(&r->q, riccati_becomes);

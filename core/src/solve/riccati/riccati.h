@@ -59,6 +59,19 @@ typedef struct node_rows {
     double *mixed;        /* (entries of v, lanes) */
 } node_rows;
 
+/* Members without m and L: the stages in closed loop, from w to what rows limit, see chain.c. Vectors at a stage's end are
+ * (zeta, changes of inputs). */
+typedef struct chain {
+    int size, ld, laid;    /* of such vectors, and padded; whether the stages are those prepared last */
+    double *loop, *noise;  /* (N, zeta, ld), (N, nu, ld): columns by zeta at the beginning, and by w */
+    double *S;             /* (N + 1, size, ld): covariance at nodes, given the members before */
+    double *half;          /* (zeta, ld) */
+    double *gain, *pivot, *share; /* (rows, ld), (rows,), (rows,): of members; the last of what a row varies by itself */
+    double *now, *next;    /* (ld,) */
+    double *from;          /* (ld,): a member's covariance with all */
+    int *position, *held;  /* (rows,): of members, else -1; states of those that are in the gains, else 0 */
+} chain;
+
 typedef struct riccati {
     qp q;
     dims s;
@@ -76,9 +89,10 @@ typedef struct riccati {
     double *zeta_lanes, *slope_lanes; /* (zeta, lanes): the same at the ends of stages */
     node_rows outputs, constraints;
     double *change_lanes, *moves;    /* (nu, lanes): changes of v where inputs begin, and those of the guess */
-    double *force, *forces;          /* (lanes,), (rows,): multipliers */
+    double *force;                   /* (lanes,) */
     double *former;                  /* (nu, lanes): v before a correction */
-    double *pi, *gamma;              /* (capacity, ld), (capacity,): a member's value at w = 0 is pi' zeta_d + gamma */
+    double *pi, *gamma;              /* (room, ld), (room,): a member's value at w = 0 is pi' zeta_d + gamma */
+    chain chain;
     double *row, *out, *input_slope; /* (ld,), (ld,), (nu,): scratch */
     double *covariance, *half, *closed; /* (zeta, ld) each: see norms.c */
     int norms_at;                    /* stage at which norms are refreshed next, -1: at all */
@@ -93,6 +107,18 @@ typedef struct riccati {
     const stage_known *known;
     rumo_conflict *conflict;
 } riccati;
+
+/* What a row of the program limits: which input or constraint of stage k. */
+typedef struct stage_limit {
+    rumo_limit kind;
+    int k, index;
+} stage_limit;
+
+static inline stage_limit limited_by(const riccati *r, int row) {
+    const int lanes = r->s.lanes, number = row / lanes, k = row % lanes, nu = r->s.nu;
+    if (row >= r->q.first_soft) return (stage_limit){RUMO_PATH_CONSTRAINT, k, number - r->q.first_soft / lanes};
+    return number < nu ? (stage_limit){RUMO_INPUT_BOUND, k, number} : (stage_limit){RUMO_MOVE_BOUND, k, number - nu};
+}
 
 static inline double *rows_of_stage(const riccati *r, const layout *p, int k) {
     return r->rows + (ptrdiff_t)k * p->rows * p->ld;

@@ -149,7 +149,7 @@ static rumo_status riccati_solve(void *self, const stage_maps *m, const stage_kn
     r->known = known;
     simulate_decided(r, m, known, step);
     set_limits(r, m);
-    for (int i = 0; i < q->count; ++i) {
+    for (int i = 0; q->kept && i < q->count; ++i) {
         const int place = q->place[i];
         q->base[place] = r->gamma[place] + dot(r->pi + (ptrdiff_t)place * p.ld, r->zeta + s.d * p.ld, p.ld);
     }

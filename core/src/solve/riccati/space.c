@@ -3,27 +3,16 @@
 #ifndef RUMO_SPACE_C
 #define RUMO_SPACE_C
 
+#include "solve/riccati/chain.c"
 #include "solve/riccati/norms.c"
 #include "solve/riccati/sweeps.c"
-
-/* What a row of the program limits: which input or constraint of stage k. */
-typedef struct stage_limit {
-    rumo_limit kind;
-    int k, index;
-} stage_limit;
-
-static inline stage_limit limited_by(const riccati *r, int row) {
-    const int lanes = r->s.lanes, number = row / lanes, k = row % lanes, nu = r->s.nu;
-    if (row >= r->q.first_soft) return (stage_limit){RUMO_PATH_CONSTRAINT, k, number - r->q.first_soft / lanes};
-    return number < nu ? (stage_limit){RUMO_INPUT_BOUND, k, number} : (stage_limit){RUMO_MOVE_BOUND, k, number - nu};
-}
 
 static int riccati_transform(qp *q, int position) {
     riccati *const r = (riccati *)q;
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
     const stage_limit of = limited_by(r, q->member[position]);
-    const int place = q->place[position], path = of.kind == RUMO_PATH_CONSTRAINT;
+    const int place = place_of(q, position), path = of.kind == RUMO_PATH_CONSTRAINT;
     double *pi = r->pi + (ptrdiff_t)place * p.ld, *gamma = r->gamma + place;
     zero(r->row, p.ld);
     if (path) add_node_row(&r->constraints, of.index, of.k, r->row);
@@ -71,7 +60,7 @@ static void slope_at_nodes(riccati *r, int members) {
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
     const stage_maps *m = r->maps;
-    const qp *q = &r->q;
+    qp *q = &r->q;
     zero(r->slope_lanes, p.zeta * s.lanes);
     double *force = r->force;
     for (int i = 0; i < s.ny; ++i) {
@@ -84,8 +73,8 @@ static void slope_at_nodes(riccati *r, int members) {
         }
         add_node_forces(&r->outputs, i, force, s.lanes, r->slope_lanes);
     }
-    double *forces = r->forces;
-    gather_forces(q, members, forces);
+    const double *forces = q->forces;
+    gather_forces(q, members);
     for (int i = 0; (members || q->saturated) && i < s.nc; ++i)
         add_node_forces(&r->constraints, i, forces + q->first_soft + i * s.lanes, s.lanes, r->slope_lanes);
     for (int j = 0; j < s.nu; ++j) {
@@ -139,13 +128,14 @@ static double riccati_slope(qp *q, double *rest) {
 static double riccati_size_of(qp *q, const double *parts, int members) {
     double *sum = q->shift, size = 0.0;
     zero(sum, q->ld);
-    for (int i = 0; i < members; ++i)
-        if (parts[i] != 0.0) axpy(sum, parts[i], moved(q, i), q->ld);
+    subtract_members(q, parts, members, sum);
     for (int j = 0; j < q->n; ++j) size += fabs(sum[j]);
     return sqrt(q->span) * size;
 }
 
-static const qp_space riccati_space = {riccati_start,     riccati_evaluate, riccati_correct,
-                                       riccati_transform, riccati_slope,    riccati_size_of};
+static const qp_space riccati_space = {.start = riccati_start,         .evaluate = riccati_evaluate, .correct = riccati_correct,
+                                       .transform = riccati_transform, .slope = riccati_slope,       .size_of = riccati_size_of,
+                                       .condition = chain_condition,   .solve = chain_solve,         .combine = chain_combine,
+                                       .project = chain_project};
 
 #endif

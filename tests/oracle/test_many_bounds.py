@@ -1,0 +1,89 @@
+"""Horizons in which nearly all inputs are at bounds, and more rows hold than the core keeps factors of."""
+
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+from problems import made_with
+
+import rumo
+from rumo.controllers.engines.described import core_problem, core_settings
+from rumo.kernel import Core
+from rumo.transcription import Transcription
+
+HORIZON = 100
+
+
+def carriage(horizon=HORIZON, **limits):
+    """Weak in both directions, coupled, with some friction."""
+    model = rumo.Model(
+        {"x": "m", "y": "m", "v": "m/s", "w": "m/s"},
+        {"push": "N", "pull": "N"},
+        lambda x, u, p: {
+            "x": x.v,
+            "y": x.w,
+            "v": u.push + 0.3 * u.pull - 0.1 * x.v,
+            "w": u.pull - 0.2 * x.w - 0.1 * x.v,
+        },
+    )
+    return rumo.Problem(
+        model,
+        horizon=horizon,
+        sampling_time=0.05,
+        delay=1,
+        track={"x": rumo.Weight(1.0), "y": rumo.Weight(2.0)},
+        moves={"push": rumo.Weight(1e-4, range=0.02), "pull": rumo.Weight(1e-4, range=0.02)},
+        bounds={"push": (-0.01, 0.01), "pull": (-0.01, 0.01)},
+        **limits,
+    )
+
+
+def targets(horizon=HORIZON):
+    """Far off, then on the other side, then within reach."""
+    steps = np.arange(horizon + 1)
+    return [
+        {"x": np.full(steps.size, 3.0), "y": np.full(steps.size, -3.0)},
+        {"x": np.full(steps.size, -3.0), "y": np.full(steps.size, 3.0)},
+        {"x": 0.02 * np.sin(0.1 * steps), "y": 0.02 * np.sign(np.sin(0.2 * steps))},
+    ]
+
+
+def test_the_inputs_are_at_bounds_indeed():
+    controller = made_with(carriage(), "riccati")
+    shares = [np.mean(np.abs(controller.step(np.zeros(4), wanted).u.values) > 0.01 - 1e-9) for wanted in targets()]
+    assert min(shares[:2]) > 0.95
+    assert 0.3 < shares[2] < 0.95
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [
+        {},
+        {"move_bounds": {"push": (-0.004, 0.004)}},
+        {"constraints": {"fast": rumo.Constraint(lambda x, u, p: x.v - 0.004, rumo.Penalty(10.0, 1e3))}},
+        {"constraints": {"fast": rumo.Constraint(lambda x, u, p: x.v - 0.01)}},
+        {"blocks": rumo.InputBlocks([1] * 79 + [4] * 5)},
+    ],
+    ids=["bounds", "moves", "soft", "hard", "blocks"],
+)
+def test_plans_are_those_of_other_solvers(limits):
+    problem = carriage(**limits)
+    solvers = {backend: made_with(problem, backend) for backend in ("riccati", "condensing", "reference")}
+    x = np.array([0.0, 0.0, 0.003, -0.003])
+    for wanted in targets() * 2:
+        plans = {name: solver.step(x, wanted) for name, solver in solvers.items()}
+        for plan in plans.values():
+            assert plan.status is plans["reference"].status
+            np.testing.assert_allclose(plan.u.values, plans["reference"].u.values, atol=2e-8 * 0.02)
+        assert plans["riccati"].diagnostics.kkt_residual < 1e-9
+        x = plans["reference"].x.values[1]
+
+
+def test_memory_is_linear_in_the_horizon():
+    memory = [core(horizon).memory for horizon in (200, 400, 800)]
+    assert memory[2] - memory[1] < 2.1 * (memory[1] - memory[0])
+
+
+def core(horizon):
+    values = core_problem(Transcription(carriage(horizon)), "riccati").values
+    return Core(0, values, asdict(core_settings(rumo.Settings())))
