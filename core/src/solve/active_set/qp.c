@@ -155,7 +155,7 @@ static int follow_members(qp *q, int first, double *gain) {
  * next to zero, and that of their limits is not. They are noted. */
 RARE static int contradict(qp *q, const double *restrict p) {
     double *restrict parts = q->spare;
-    double size = 0.0, violation = 0.0, room = 0.0;
+    double size = 0.0, violation, room = 0.0, limit = 0.0;
     q->conflicts = 0;
     const int members = q->count + q->pending;
     for (int i = 0; i < members; ++i) size = larger(size, fabs(p[i]) * q->norm[q->member[i]]);
@@ -166,10 +166,11 @@ RARE static int contradict(qp *q, const double *restrict p) {
         parts[i] = matters ? p[i] : 0.0;
         if (!matters) continue;
         q->conflict[q->conflicts++] = row;
-        violation -= p[i] * ((lower ? q->lower[row] : q->upper[row]) - q->base[q->place[i]]);
+        limit += p[i] * (lower ? q->lower[row] : q->upper[row]);
         room += q->tolerance * part;
     }
-    room += REMOTE * q->space->size_of(q, parts, members);
+    room += REMOTE * q->space->size_of(q, parts, members, &violation);
+    violation -= limit;
     if (violation > room) return 1;
     q->conflicts = 0;
     return 0;

@@ -36,8 +36,8 @@ typedef struct qp_space {
     /* U'^-1 times the slope of the Lagrangian; returns the largest slope, relative to the forces that are balanced there (along
      * the same input, over the horizon) or to what it takes to move a variable by a millionth. */
     double (*slope)(struct qp *, double *rest);
-    /* Sum of |entries| of a combination of members, as a row over v. */
-    double (*size_of)(struct qp *, const double *parts, int members);
+    /* Sum of |entries| of a combination of members, as a row over v, and its value at v = 0. */
+    double (*size_of)(struct qp *, const double *parts, int members, double *at_zero);
 } qp_space;
 
 typedef struct qp {

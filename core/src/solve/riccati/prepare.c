@@ -29,9 +29,11 @@ RARE static void riccati_lay_out(arena *a, void *self, const rumo_problem *own, 
     double **const by_input[] = {&r->inverse, &r->input_slope, &r->largest_curvature, &r->largest_force, &r->largest_slope};
     for (size_t i = 0; i < sizeof by_input / sizeof *by_input; ++i) *by_input[i] = alloc_doubles(a, s.nu);
     r->move_curvature = alloc_doubles(a, s.N * s.nu);
+    r->pins = alloc_ints(a, s.N * s.nu);
+    r->pin_slopes = alloc_doubles(a, s.N * s.nu);
     r->zeta_lanes = alloc_doubles(a, p.zeta * lanes);
     r->slope_lanes = alloc_doubles(a, p.zeta * lanes);
-    double **const by_lanes[] = {&r->change_lanes, &r->moves, &r->former};
+    double **const by_lanes[] = {&r->change_lanes, &r->moves};
     for (size_t i = 0; i < sizeof by_lanes / sizeof *by_lanes; ++i) *by_lanes[i] = alloc_doubles(a, s.nu * lanes);
     r->force = alloc_doubles(a, lanes);
     r->forces = alloc_doubles(a, (2 * s.nu + s.nc) * lanes);
