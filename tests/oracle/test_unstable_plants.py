@@ -3,7 +3,10 @@
 Condensed, the QP loses as many digits as the square of the plant's growth over the horizon has.
 """
 
+import json
+from fractions import Fraction
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +16,10 @@ from scipy.sparse.linalg import spsolve
 
 import rumo
 from rumo.controllers import NlpSettings
+from rumo.controllers.engines.stagewise import eliminate
+from rumo.studies.linearization.sweeps import BASE
 from rumo.textbook import cart_pendulum
+from rumo.transcription import Transcription
 
 RIGHT = 1e-6  # of an input's range
 LENGTH = 1.0  # of the horizon [s]
@@ -210,3 +216,70 @@ def test_it_swings_up_and_balances(backend, horizon, seconds, near):
         assert plan.status.solved
         x = controller.transcription.advance(x, plan.command.values)[0][:4]
     assert np.abs(x[[2, 3]]).max() < near  # rad, rad/s
+
+
+WILD = json.loads(Path(__file__).with_name("wild_guesses.json").read_text(encoding="utf-8"))
+"""Samples of the paper's car in a spin, with guesses whose linearisation grows by 1e12 and more over the horizon."""
+
+
+def exact(array):
+    """Rational numbers, in which nothing is rounded."""
+    return np.vectorize(Fraction)(np.asarray(array))
+
+
+def slopes_by_inputs(problem, guess_x, guess_u, x, wanted, before, u):
+    """Slopes of the linearised problem's cost by inputs in units of their ranges (N, nu), and its hard constraints.
+
+    With what soft constraints cost that are exceeded; none of them is at its limit. In exact arithmetic.
+    """
+    transcription, N, l1 = Transcription(problem), problem.horizon, problem.numbers.l1
+    inner = transcription.inner_between(guess_x[:-1], guess_x[1:])
+    stages = transcription.linearize(guess_x, guess_u, inner, problem.parameters)
+    A, B, c = (exact(array) for array in eliminate(stages))
+    Cx, D, wanted, scale = exact(stages.Cx), exact(stages.D), exact(wanted), exact(problem.input_scales)
+    assert not stages.Cu.any()
+    assert not stages.E.any()
+    u = exact(u)
+    du, dx, slope_x, constraints = u - exact(guess_u), exact(x) - exact(guess_x[0]), [], []
+    for k in range(N):
+        dx = A[k] @ dx + B[k] @ du[k] + c[k]
+        errors = exact(stages.y[k]) + Cx[k] @ dx - wanted[k + 1]
+        constraints.append(exact(stages.G[k]) + D[k] @ dx)
+        exceeded = (l1 < np.inf) & (constraints[-1] > 0) & transcription.imposed[k]
+        price = exact(np.where(exceeded, l1, 0.0))
+        slope_x.append(Cx[k].T @ (2 * exact(problem.output_weights[k]) * errors) + D[k].T @ price)
+    weight = 2 * exact(problem.move_weights[problem.delay :])
+    force = weight * np.diff(np.vstack([exact(before)[None], u[problem.delay :]]), axis=0)
+    slope, adjoint = [], 0 * dx
+    for k in reversed(range(N)):
+        adjoint = adjoint + slope_x[k]
+        if k >= problem.delay:
+            i = k - problem.delay
+            slope.append(scale * (B[k].T @ adjoint + force[i] - (force[i + 1] if i + 1 < len(force) else 0)))
+        adjoint = A[k].T @ adjoint
+    hard = np.array(constraints)[problem.delay :][:, l1 == np.inf]
+    return np.array(slope[::-1]).astype(float), hard.astype(float)
+
+
+@pytest.mark.parametrize("backend", ["riccati", "tailored"])
+@pytest.mark.parametrize("name", WILD)
+def test_guesses_beyond_all_measure(name, backend):
+    """Nearly all inputs of a runaway plant are at bounds; slopes in exact arithmetic say that they belong there."""
+    case = {key: np.array(value) for key, value in WILD[name].items()}
+    problem = BASE.problem()
+    N, d = problem.horizon, problem.delay
+    x, u = (np.broadcast_to(case[key], (n, case[key].shape[1])) for key, n in (("guess_x", N + 1), ("guess_u", N)))
+    controller = made_with(problem, backend, gate=None)
+    controller.engage(applied=case["applied"], x=case["x"], plan={"x": x, "u": u})
+    plan = controller.step(case["x"], case["reference"])
+    assert plan.status.solved
+    given = np.array(x, dtype=float), np.array(u, dtype=float), case["x"], case["reference"], case["applied"]
+    slope, hard = slopes_by_inputs(problem, *given, plan.u.values)
+    u, low, high = (array[d:] for array in (plan.u.values, problem.numbers.input_lower, problem.numbers.input_upper))
+    near = RIGHT * problem.input_scales
+    at_low, at_high = u <= low + near, u >= high - near
+    assert (slope[at_low] >= 0.0).all()
+    assert (slope[at_high] <= 0.0).all()
+    free = np.where(at_low | at_high, 0.0, slope)
+    assert (np.abs(free) <= RIGHT * np.abs(slope).max(axis=0)).all()
+    assert hard.max() <= RIGHT

@@ -137,13 +137,14 @@ static double matrix_correct(qp *q, const double *step) {
     return largest_size(p->sum, q->ld);
 }
 
-static double matrix_size_of(qp *q, const double *parts, int members) {
+static double matrix_size_of(qp *q, const double *parts, int members, double *at_zero) {
     const matrix_program *p = (const matrix_program *)q;
     double *sum = q->shift, size = 0.0;
     zero(sum, q->ld);
     for (int i = 0; i < members; ++i)
         if (parts[i] != 0.0) add_row(p, q->member[i], parts[i], sum);
     for (int j = 0; j < q->n; ++j) size += fabs(sum[j]);
+    *at_zero = 0.0;
     return size;
 }
 

@@ -153,24 +153,13 @@ static int follow_members(qp *q, int first, double *gain) {
     return 0;
 }
 
-/* Values of members at w = 0. */
-RARE static void values_at_zero(qp *q, int members, double *restrict values) {
-    if (!q->kept) {
-        evaluate_at_w(q);
-        q->space->project(q, q->w, members, values);
-    }
-    for (int i = 0; i < members; ++i) values[i] = q->kept ? q->base[q->place[i]] : q->value[q->member[i]] - values[i];
-}
-
 /* Whether the hard rows among members cannot hold together: their combination p, which has the signs of multipliers, is
  * next to zero, and that of their limits is not. They are noted. */
 RARE static int contradict(qp *q, const double *restrict p) {
     double *restrict parts = q->spare;
-    double size = 0.0, violation = 0.0, room = 0.0;
+    double size = 0.0, violation, room = 0.0, limit = 0.0;
     q->conflicts = 0;
     const int members = q->count + q->pending;
-    double *restrict at_zero = q->direction; /* values at w = 0 */
-    values_at_zero(q, members, at_zero);
     for (int i = 0; i < members; ++i) size = larger(size, fabs(p[i]) * q->norm[q->member[i]]);
     for (int i = 0; i < members; ++i) {
         const int row = q->member[i], lower = q->state[row] == AT_LOWER;
@@ -179,10 +168,11 @@ RARE static int contradict(qp *q, const double *restrict p) {
         parts[i] = matters ? p[i] : 0.0;
         if (!matters) continue;
         q->conflict[q->conflicts++] = row;
-        violation -= p[i] * ((lower ? q->lower[row] : q->upper[row]) - at_zero[i]);
+        limit += p[i] * (lower ? q->lower[row] : q->upper[row]);
         room += q->tolerance * part;
     }
-    room += REMOTE * q->space->size_of(q, parts, members);
+    room += REMOTE * q->space->size_of(q, parts, members, &violation);
+    violation -= limit;
     if (violation > room) return 1;
     q->conflicts = 0;
     return 0;

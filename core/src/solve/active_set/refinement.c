@@ -17,14 +17,16 @@
 /* One Newton step on the optimality conditions of the working set, if they are not met; returns their largest residual. */
 static double refine(qp *q) {
     double *restrict step = q->shift, *restrict off = q->trial;
-    double largest = q->space->slope(q, step);
+    const double slope = q->space->slope(q, step);
+    double beside = 0.0, left = 0.0;
     for (int i = 0; i < q->count; ++i) {
         const int row = q->member[i];
         off[i] = deviation(q, i, q->value[row]);
         /* A row that gives way easily may as well be off by its price. */
         const double distance = fabs(off[i]) * q->weight[row], soft = compliance(q, row);
-        largest = larger(largest, soft > 0.0 ? smaller(distance, fabs(off[i] / (soft * q->mu[i]))) : distance);
+        beside = larger(beside, soft > 0.0 ? smaller(distance, fabs(off[i] / (soft * q->mu[i]))) : distance);
     }
+    const double largest = larger(slope, beside);
     q->last_step = 0.0;
     if (!(largest > q->fine) || !isfinite(largest)) return largest;
 
@@ -36,9 +38,15 @@ static double refine(qp *q) {
     solve_members(q, 0, q->count, off);
     subtract_members(q, off, q->count, step);
     for (int i = 0; i < q->count; ++i) q->mu[i] += off[i];
+    project_on_members(q, step, q->count, along);
+    for (int i = 0; i < q->count; ++i) {
+        const int row = q->member[i];
+        left = larger(left, fabs(deviation(q, i, q->value[row] + along[i])) * q->weight[row]);
+    }
     q->last_step = q->space->correct(q, step);
     q->evaluated = 1;
-    return largest;
+    /* Where states are huge, rounding alone moves rows: they are off by no more than the step that mends them. */
+    return larger(slope, smaller(beside, q->last_step + left));
 }
 
 /* What is left of curvatures, see factorise.c, says from when on residuals have to be refined. */

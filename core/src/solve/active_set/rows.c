@@ -36,8 +36,8 @@ typedef struct qp_space {
     /* U'^-1 times the slope of the Lagrangian; returns the largest slope, relative to the forces that are balanced there (along
      * the same input, over the horizon) or to what it takes to move a variable by a millionth. */
     double (*slope)(struct qp *, double *rest);
-    /* Sum of |entries| of a combination of members, as a row over v. */
-    double (*size_of)(struct qp *, const double *parts, int members);
+    /* Sum of |entries| of a combination of members, as a row over v, and its value at v = 0. */
+    double (*size_of)(struct qp *, const double *parts, int members, double *at_zero);
     /* Of working sets with more members than there is room to keep m and L for, NULL where there always is. M has the rows m of
      * the first `members` positions. */
     double (*condition)(struct qp *, int members, int *weakest); /* factor M M' + E in any order; the least pivot's share */

@@ -60,10 +60,8 @@ static void lay_link(riccati *r, const dims *s, const layout *p, int k) {
 
 /* y += scale a, for a row's a over what is at its stage's end. */
 static void add_limit(const riccati *r, const layout *p, const stage_limit *of, double scale, double *restrict y) {
-    const node_rows *n = &r->constraints;
-    if (of->kind != RUMO_PATH_CONSTRAINT) y[(of->kind == RUMO_INPUT_BOUND ? p->v : p->zeta) + of->index] += scale;
-    else
-        for (int e = n->start[of->index]; e < n->start[of->index + 1]; ++e) y[n->entry[e]] += scale * n->value[e][of->k];
+    if (of->kind == RUMO_PATH_CONSTRAINT) add_node_row(&r->constraints, of->index, of->k, scale, y);
+    else y[(of->kind == RUMO_INPUT_BOUND ? p->v : p->zeta) + of->index] += scale;
 }
 
 static double limited_value(const riccati *r, const layout *p, const stage_limit *of, const double *restrict x) {

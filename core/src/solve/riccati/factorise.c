@@ -46,6 +46,15 @@ static void curve_inputs(riccati *r, const layout *p, const dims *s, int k, cons
         }
 }
 
+/* Leave inputs that are kept out of it. */
+RARE static void hold_inputs(riccati *r, const layout *p, int nu, int k) {
+    for (int j = 0; j < nu; ++j) {
+        if (!r->pins[k * nu + j]) continue;
+        zero(r->H + j * p->ld, p->ld);
+        for (int i = 0; i < nu; ++i) r->factor[i * nu + j] = r->factor[j * nu + i] = i == j;
+    }
+}
+
 /* The best inputs, given zeta: the curvature along them is L D L', H becomes L^-1 H, and gains -D^-1 L^-1 H; 0 if it is not
  * definite. */
 static int solve_inputs(riccati *r, const layout *p, int nu, double *restrict gains) {
@@ -128,6 +137,7 @@ static int factorise_stage(riccati *r, int k) {
     const int fresh = begins(&s, &r->problem->blocking, k);
     if (fresh) {
         curve_inputs(r, &p, &s, k, rows);
+        if (r->pinned) hold_inputs(r, &p, s.nu, k);
         if (!solve_inputs(r, &p, s.nu, gains)) return 0;
     }
     keep_columns(r, &p, s.rows);
@@ -140,7 +150,10 @@ static int factorise_stage(riccati *r, int k) {
         for (int i = 0; i < s.nx; ++i) before[i] = next[i * (p.ld + 1)];
         product_lower(r->H, 1, p.ld, 0, p.zeta, gains, p.ld, s.nu, next, what_is_there);
         for (int j = 0; j < s.nu; ++j) next[(p.v + j) * (p.ld + 1)] += r->move_curvature[k * s.nu + j];
-        finish_gains(r, &p, s.nu, gains, r->roots + (ptrdiff_t)k * s.nu * s.nu);
+        double *restrict roots = r->roots + (ptrdiff_t)k * s.nu * s.nu;
+        finish_gains(r, &p, s.nu, gains, roots);
+        for (int j = 0; r->pinned && j < s.nu; ++j)
+            if (r->pins[k * s.nu + j]) roots[j * (s.nu + 1)] = 0.0;
         int cancelled = 0;
         for (int i = 0; i < s.nx; ++i) cancelled |= next[i * (p.ld + 1)] < CANCELLED * before[i];
         if (cancelled) square_stage(r, &s, &p, k, next);
@@ -156,6 +169,7 @@ static int factorise_stages(riccati *r) {
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
     r->q.span = 0.0;
+    r->chain.laid = 0;
     zero(r->largest_curvature, s.nu);
     zero(r->P, p.zeta * p.ld);
     for (int k = s.N - 1; k >= s.d; --k) {

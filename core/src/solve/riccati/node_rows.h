@@ -51,9 +51,9 @@ static void mix_node_rows(const dims *s, const stage_maps *m, const sparse *of_u
     }
 }
 
-/* (zeta,) += row i of stage k. */
-static inline void add_node_row(const node_rows *n, int i, int k, double *restrict row) {
-    for (int e = n->start[i]; e < n->start[i + 1]; ++e) row[n->entry[e]] += n->value[e][k];
+/* (zeta,) += part of row i of stage k. */
+static inline void add_node_row(const node_rows *n, int i, int k, double part, double *restrict row) {
+    for (int e = n->start[i]; e < n->start[i + 1]; ++e) row[n->entry[e]] += part * n->value[e][k];
 }
 
 /* y += a x, lane by lane. */

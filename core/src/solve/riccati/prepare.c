@@ -29,9 +29,11 @@ RARE static void riccati_lay_out(arena *a, void *self, const rumo_problem *own, 
     double **const by_input[] = {&r->inverse, &r->input_slope, &r->largest_curvature, &r->largest_force, &r->largest_slope};
     for (size_t i = 0; i < sizeof by_input / sizeof *by_input; ++i) *by_input[i] = alloc_doubles(a, s.nu);
     r->move_curvature = alloc_doubles(a, s.N * s.nu);
+    r->pins = alloc_ints(a, s.N * s.nu);
+    r->pin_slopes = alloc_doubles(a, s.N * s.nu);
     r->zeta_lanes = alloc_doubles(a, p.zeta * lanes);
     r->slope_lanes = alloc_doubles(a, p.zeta * lanes);
-    double **const by_lanes[] = {&r->change_lanes, &r->moves, &r->former};
+    double **const by_lanes[] = {&r->change_lanes, &r->moves};
     for (size_t i = 0; i < sizeof by_lanes / sizeof *by_lanes; ++i) *by_lanes[i] = alloc_doubles(a, s.nu * lanes);
     r->force = alloc_doubles(a, lanes);
     r->row = alloc_doubles(a, p.ld);
@@ -126,7 +128,6 @@ OUTSIDE static int riccati_prepare(void *self, const stage_maps *m, int shift) {
     lay_stages(r, m);
     if (!factorise_stages(r)) return 0;
     set_fine(&r->q, 1.0);
-    r->chain.laid = 0;
     refresh_norms(r, r->norms_at < 0 ? s.N - s.d : (s.N - s.d + NORM_SAMPLES - 1) / NORM_SAMPLES);
     r->shift = shift && unblocked(&s) && r->problem->shift.same_rows;
     renew_members(&r->q, riccati_becomes);

@@ -90,7 +90,6 @@ typedef struct riccati {
     node_rows outputs, constraints;
     double *change_lanes, *moves;    /* (nu, lanes): changes of v where inputs begin, and those of the guess */
     double *force;                   /* (lanes,) */
-    double *former;                  /* (nu, lanes): v before a correction */
     double *pi, *gamma;              /* (room, ld), (room,): a member's value at w = 0 is pi' zeta_d + gamma */
     chain chain;
     double *row, *out, *input_slope; /* (ld,), (ld,), (nu,): scratch */
@@ -101,6 +100,8 @@ typedef struct riccati {
     double *reach_rows, *reach_next; /* (nx, ld) */
     double *best, *other, *inputs;   /* (nb, nu) */
     double *largest_curvature, *largest_force, *largest_slope; /* (nu,): along an input, over the horizon */
+    int *pins, pinned;               /* (N, nu): bounds at which inputs are kept, and whether any are: see pins.c */
+    double *pin_slopes;              /* (N, nu): of the Lagrangian, or of a row, by inputs kept */
     int shift, limited;              /* stages by which the working set is taken over; whether changes of inputs are limited */
     free_limits limits;
     const stage_maps *maps;          /* what is being solved */

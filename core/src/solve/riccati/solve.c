@@ -2,7 +2,7 @@
 #ifndef RUMO_RICCATI_SOLVE_C
 #define RUMO_RICCATI_SOLVE_C
 
-#include "solve/riccati/prepare.c"
+#include "solve/riccati/pins.c"
 
 /* Simulate the stages that are decided, to zeta_d. */
 static void simulate_decided(riccati *r, const stage_maps *m, const stage_known *known, stage_step *step) {
@@ -17,7 +17,7 @@ static void simulate_decided(riccati *r, const stage_maps *m, const stage_known 
             r->input_slope[j] = step->du[i] / scales[j];
         }
         double *zeta = r->zeta + (ptrdiff_t)k * p.ld;
-        forward_stage(r, &s, &p, k, zeta, r->input_slope, zeta + p.ld);
+        forward_stage(r, &s, &p, k, zeta, r->input_slope, 1, zeta + p.ld);
     }
     for (int j = 0; j < s.nu; ++j) r->zeta[s.d * p.ld + p.v + j] = (last[j] - m->guess_last[j]) / scales[j];
 }
@@ -63,7 +63,7 @@ static double cost_of(riccati *r, const double *v, double *violation) {
         const double *own = v + block_at(&s, &r->problem->blocking, k) * s.nu;
         zero(nothing, s.nu);
         double *zeta = r->zeta + (ptrdiff_t)k * p.ld;
-        forward_stage(r, &s, &p, k, zeta, begins(&s, &r->problem->blocking, k) ? own : nothing, zeta + p.ld);
+        forward_stage(r, &s, &p, k, zeta, begins(&s, &r->problem->blocking, k) ? own : nothing, 1, zeta + p.ld);
     }
     riccati_values(r);
     for (int i = 0; i < s.ny; ++i) {
@@ -153,8 +153,11 @@ static rumo_status riccati_solve(void *self, const stage_maps *m, const stage_kn
         const int place = q->place[i];
         q->base[place] = r->gamma[place] + dot(r->pi + (ptrdiff_t)place * p.ld, r->zeta + s.d * p.ld, p.ld);
     }
-    const rumo_status status = solve_qp(q, limits);
-    step->iterations = q->iterations;
+    const double start = isfinite(limits->seconds) ? seconds_now() : 0.0; /* else it does not matter */
+    step->iterations = 0;
+    rumo_status status = try_solving(r, limits, 0.0, &step->iterations);
+    if (status > RUMO_BUDGET_EXCEEDED && !q->conflicts && solve_pinned(r, limits, start, &step->iterations))
+        status = RUMO_OPTIMAL;
     step->conflicts = q->conflicts;
     step->conflict = r->conflict;
     if (q->conflicts) riccati_name_conflicts(r);

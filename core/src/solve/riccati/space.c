@@ -15,7 +15,7 @@ static int riccati_transform(qp *q, int position) {
     const int place = place_of(q, position), path = of.kind == RUMO_PATH_CONSTRAINT;
     double *pi = r->pi + (ptrdiff_t)place * p.ld, *gamma = r->gamma + place;
     zero(r->row, p.ld);
-    if (path) add_node_row(&r->constraints, of.index, of.k, r->row);
+    if (path) add_node_row(&r->constraints, of.index, of.k, 1.0, r->row);
     else r->row[p.v + of.index] = 1.0;
     const double size = sweep_row(r, of.k, of.kind == RUMO_MOVE_BOUND ? of.index : -1, moved(q, position), pi, gamma);
     if (path && !(size > NO_INFLUENCE * r->problem->numbers.constraint_scales[of.index])) return 0;
@@ -91,31 +91,32 @@ static void slope_at_nodes(riccati *r, int members) {
     to_nodes(&s, &p, r->slope_lanes, r->nodes);
 }
 
-static void riccati_start(qp *q) {
-    riccati *const r = (riccati *)q;
-    const dims s = dims_of(&r->problem->sizes);
-    const layout p = layout_of(&s);
-    zero(r->zeta_lanes, p.zeta * s.lanes);
-    zero(r->change_lanes, s.nu * s.lanes);
-    slope_at_nodes(r, 0);
-    sweep_back(r, 1, q->w);
-    for (int i = 0; i < q->ld; ++i) q->w[i] = -q->w[i];
-}
-
 static void riccati_evaluate(qp *q) {
     riccati *const r = (riccati *)q;
     sweep_forward(r, q->w);
     riccati_values(r);
 }
 
+static void riccati_start(qp *q) {
+    riccati *const r = (riccati *)q;
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    zero(r->zeta_lanes, p.zeta * s.lanes);
+    zero(r->change_lanes, s.nu * s.lanes);
+    if (r->pinned) {
+        zero(q->w, q->ld);
+        riccati_evaluate(q);
+    }
+    slope_at_nodes(r, 0);
+    sweep_back(r, !r->pinned, q->w);
+    for (int i = 0; i < q->ld; ++i) q->w[i] = -q->w[i];
+}
+
 static double riccati_correct(qp *q, const double *step) {
     riccati *const r = (riccati *)q;
-    const int inputs = r->s.nu * r->s.lanes;
-    double largest = 0.0;
-    copy(r->former, q->value, inputs);
     axpy(q->w, 1.0, step, q->ld);
-    riccati_evaluate(q);
-    for (int i = 0; i < inputs; ++i) largest = larger(largest, fabs(q->value[i] - r->former[i]));
+    const double largest = sweep_step(r, step);
+    riccati_values(r);
     return largest;
 }
 
@@ -125,12 +126,32 @@ static double riccati_slope(qp *q, double *rest) {
     return sweep_back(r, 0, rest);
 }
 
-static double riccati_size_of(qp *q, const double *parts, int members) {
-    double *sum = q->shift, size = 0.0;
-    zero(sum, q->ld);
-    subtract_members(q, parts, members, sum);
-    for (int j = 0; j < q->n; ++j) size += fabs(sum[j]);
-    return sqrt(q->span) * size;
+/* By a sweep back in open loop: what a row does through the feedback that it is given in w is no measure of it. */
+static double riccati_size_of(qp *q, const double *parts, int members, double *at_zero) {
+    riccati *const r = (riccati *)q;
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    double *h = r->row, *by_inputs = r->input_slope, size = 0.0;
+    zero(r->nodes, (s.N + 1) * p.ld);
+    for (int i = 0; i < members; ++i) {
+        const stage_limit of = limited_by(r, q->member[i]);
+        double *node = r->nodes + (ptrdiff_t)(of.k + 1) * p.ld;
+        if (of.kind == RUMO_PATH_CONSTRAINT) add_node_row(&r->constraints, of.index, of.k, parts[i], node);
+        else node[p.v + of.index] += parts[i];
+        if (of.kind == RUMO_MOVE_BOUND && of.k > s.d) node[p.v + of.index - p.ld] -= parts[i];
+    }
+    zero(h, p.ld);
+    *at_zero = 0.0;
+    for (int k = s.N - 1; k >= s.d; --k) {
+        axpy(h, 1.0, r->nodes + (ptrdiff_t)(k + 1) * p.ld, p.ld);
+        *at_zero += back_stage(r, &s, &p, k, h, by_inputs, NULL);
+        for (int j = 0; begins(&s, &r->problem->blocking, k) && j < s.nu; ++j) {
+            if (r->pinned && r->pins[k * s.nu + j]) *at_zero += by_inputs[j] * kept_at(r, &s, k, j);
+            else size += fabs(by_inputs[j]);
+        }
+    }
+    *at_zero += dot(h, r->zeta + s.d * p.ld, p.ld);
+    return size;
 }
 
 static const qp_space riccati_space = {.start = riccati_start,         .evaluate = riccati_evaluate, .correct = riccati_correct,

@@ -6,7 +6,7 @@
 #include "solve/riccati/products.h"
 
 /* From a slope by zeta_{k+1}, h, to that by zeta_k, in its place; `by_inputs` are those by new inputs, and what they are over w
- * goes to m. Returns the slope by the constant term. */
+ * goes to m; in open loop without m. Returns the slope by the constant term. */
 static WITHIN double back_stage(const riccati *r, const dims *s, const layout *p, int k, double *restrict h,
                                 double *restrict by_inputs, double *restrict m) {
     const double *restrict rows = rows_of_stage(r, p, k), *restrict gains = r->gains + (ptrdiff_t)k * s->nu * p->ld;
@@ -17,16 +17,30 @@ static WITHIN double back_stage(const riccati *r, const dims *s, const layout *p
     combine_rows(h, rows, p->ld, p->rows, out, 0);
     for (int l = 0; l < p->ld; l += VEC) {
         vec sum = load(out + l) * load(r->kept + l);
-        for (int j = 0; j < s->nu; ++j) sum += by_inputs[j] * load(gains + j * p->ld + l);
+        for (int j = 0; m && j < s->nu; ++j) sum += by_inputs[j] * load(gains + j * p->ld + l);
         store(h + l, sum);
     }
-    if (!begins(s, &r->problem->blocking, k)) return out[p->c];
+    if (!m || !begins(s, &r->problem->blocking, k)) return out[p->c];
     m += block_at(s, &r->problem->blocking, k) * s->nu;
     for (int j = 0; j < s->nu; ++j) {
         m[j] = 0.0;
         for (int i = 0; i <= j; ++i) m[j] += roots[i * s->nu + j] * by_inputs[i];
     }
     return out[p->c];
+}
+
+/* The value of an input that is kept, else 0. */
+static inline double kept_at(const riccati *r, const dims *s, int k, int j) {
+    const int pin = r->pins[k * s->nu + j], row = j * s->lanes + k;
+    return pin == AT_UPPER ? r->q.upper[row] : pin == AT_LOWER ? r->q.lower[row] : 0.0;
+}
+
+/* Slopes by inputs that are kept are no residuals. */
+static inline void set_slopes_apart(riccati *r, const dims *s, int k, double *restrict slope) {
+    for (int j = 0; j < s->nu; ++j) {
+        r->pin_slopes[k * s->nu + j] = slope[j];
+        if (r->pins[k * s->nu + j]) slope[j] = 0.0;
+    }
 }
 
 /* U'^-1 of a function's slopes at the nodes d + 1 .. N, as a row over w; with those of the constant terms if `affine`. Returns
@@ -50,6 +64,7 @@ static double sweep_back(riccati *r, int affine, double *restrict m) {
         }
         for (int j = 0; j < s.nu; ++j) force[j] = larger(force[j], fabs(h[p.v + j]));
         back_stage(r, &s, &p, k, h, slope, m);
+        if (r->pinned) set_slopes_apart(r, &s, k, slope);
         if (begins(&s, &r->problem->blocking, k))
             for (int j = 0; j < s.nu; ++j) largest[j] = larger(largest[j], fabs(slope[j]));
     }
@@ -67,6 +82,8 @@ static double sweep_row(riccati *r, int k, int before, double *restrict m, doubl
     *gamma = 0.0;
     for (int i = k; i >= s.d; --i) {
         *gamma += back_stage(r, &s, &p, i, h, slope, m);
+        for (int j = 0; r->pinned && j < s.nu; ++j) *gamma += slope[j] * kept_at(r, &s, i, j);
+        if (r->pinned) copy(r->pin_slopes + i * s.nu, slope, s.nu);
         if (begins(&s, &r->problem->blocking, i))
             for (int j = 0; j < s.nu; ++j) squares += slope[j] * slope[j];
         if (i == k && before >= 0) h[p.v + before] -= 1.0;
@@ -75,14 +92,25 @@ static double sweep_row(riccati *r, int k, int before, double *restrict m, doubl
     return sqrt(squares);
 }
 
-/* zeta at a stage's end from that at its beginning and v (nu,). */
+/* zeta at a stage's end from that at its beginning and v (nu,), with the constant term if `affine`. */
 static WITHIN void forward_stage(const riccati *r, const dims *s, const layout *p, int k, const double *restrict zeta,
-                                 const double *restrict v, double *restrict next) {
+                                 const double *restrict v, int affine, double *restrict next) {
     const double *restrict columns = columns_of_stage(r, p, k);
-    copy(next, columns + (p->columns - 1) * p->ld, p->ld);
-    combine_rows(zeta, columns, p->ld, s->nx, next, 1);
+    if (affine) copy(next, columns + (p->columns - 1) * p->ld, p->ld);
+    combine_rows(zeta, columns, p->ld, s->nx, next, affine);
     if (!unblocked(s)) combine_rows(zeta + p->v, columns + s->nx * p->ld, p->ld, 2 * s->nu, next, 1);
     combine_rows(v, columns + p->moving * p->ld, p->ld, s->nu, next, 1);
+}
+
+/* The inputs of a stage in closed loop with w, v (nu,), if new ones begin there. */
+static WITHIN void close_stage(const riccati *r, const dims *s, const layout *p, int k, const double *restrict zeta,
+                               const double *restrict w, double *restrict v) {
+    const double *gains = r->gains + (ptrdiff_t)k * s->nu * p->ld, *roots = r->roots + (ptrdiff_t)k * s->nu * s->nu;
+    const int own = block_at(s, &r->problem->blocking, k) * s->nu;
+    for (int j = 0; j < s->nu; ++j) v[j] = dot_of(gains + j * p->ld, zeta, p->ld);
+    if (!begins(s, &r->problem->blocking, k)) return;
+    for (int j = 0; j < s->nu; ++j)
+        for (int i = j; i < s->nu; ++i) v[j] += roots[j * s->nu + i] * w[own + i];
 }
 
 /* zeta at all nodes after d, in closed loop with w. */
@@ -90,16 +118,29 @@ static void sweep_forward(riccati *r, const double *restrict w) {
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
     double *v = r->input_slope;
-    zero(v, s.nu);
     for (int k = s.d; k < s.N; ++k) {
         double *zeta = r->zeta + (ptrdiff_t)k * p.ld;
-        const double *gains = r->gains + (ptrdiff_t)k * s.nu * p.ld, *roots = r->roots + (ptrdiff_t)k * s.nu * s.nu;
-        const int fresh = begins(&s, &r->problem->blocking, k), own = block_at(&s, &r->problem->blocking, k) * s.nu;
-        for (int j = 0; j < s.nu; ++j) v[j] = dot_of(gains + j * p.ld, zeta, p.ld);
-        for (int j = 0; fresh && j < s.nu; ++j)
-            for (int i = j; i < s.nu; ++i) v[j] += roots[j * s.nu + i] * w[own + i];
-        forward_stage(r, &s, &p, k, zeta, v, zeta + p.ld);
+        close_stage(r, &s, &p, k, zeta, w, v);
+        for (int j = 0; r->pinned && j < s.nu; ++j) v[j] += kept_at(r, &s, k, j);
+        forward_stage(r, &s, &p, k, zeta, v, 1, zeta + p.ld);
     }
+}
+
+/* What a step of w adds to zeta; returns the largest change of v. A sum with w would lose it, where inputs at their bounds are
+ * far from those of the closed loop. */
+static double sweep_step(riccati *r, const double *restrict step) {
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    double *v = r->input_slope, *at = r->row, *next = r->out, largest = 0.0;
+    zero(at, p.ld);
+    for (int k = s.d; k < s.N; ++k) {
+        close_stage(r, &s, &p, k, at, step, v);
+        forward_stage(r, &s, &p, k, at, v, 0, next);
+        axpy(r->zeta + (ptrdiff_t)(k + 1) * p.ld, 1.0, next, p.ld);
+        for (int j = 0; j < s.nu; ++j) largest = larger(largest, fabs(next[p.v + j]));
+        copy(at, next, p.ld);
+    }
+    return largest;
 }
 
 #endif
