@@ -1,5 +1,6 @@
 """How a step grows with the number of states, and whether the rival solves the same problem."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -14,7 +15,7 @@ from rumo.cli.app import app
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_rival_finds_the_commands_of_the_drive(family):
-    recording = drive(FAMILIES[family](12))
+    recording = drive(FAMILIES[family], 12)
     scales = recording.problem.input_scales
     driven = recording.applied[:, -1] / scales
     assert np.ptp(driven) > 0.5  # it is a drive with something to do
@@ -35,8 +36,8 @@ def test_exponents_are_those_of_powers():
 def test_the_command_tells_times_by_width(monkeypatch):
     for name in ("ROUNDS", "LAPS"):
         monkeypatch.setattr(measuring, name, 1)
-    monkeypatch.setattr(width, "WIDTHS", (2, 4))
-    monkeypatch.setattr(width, "RIVAL", "rti-python")
+    rods = dataclasses.replace(FAMILIES["heat-rod"], widths=(2, 4), rivals=("rti-python",))
+    monkeypatch.setattr(width, "FAMILIES", {"heat-rod": rods})
     monkeypatch.setattr(width, "STEPS", 24)
     outcome = CliRunner().invoke(app, ["bench", "--width", "--json", "--quiet"])
     assert outcome.exit_code == 0, outcome.output

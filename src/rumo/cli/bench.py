@@ -22,9 +22,7 @@ def bench(
     steps: Annotated[int, typer.Option(min=100, help="Samples of the recorded drive.")] = 2000,
     scenario: Annotated[str, typer.Option(help="Which drive: easy (8 m/s) or limit (12 m/s).")] = "easy",
     sweep: Annotated[bool, typer.Option("--sweep", help="Horizons 15 to 200 and both drives.")] = False,
-    width: Annotated[
-        bool, typer.Option("--width", help="Models of 10 to 160 states instead, beside CasADi with OSQP.")
-    ] = False,
+    width: Annotated[bool, typer.Option("--width", help="Models of 10 to 160 states instead.")] = False,
     controllers: Annotated[
         str | None, typer.Option(help="Which, comma-separated; the usual ones if not given.")
     ] = None,
@@ -42,7 +40,7 @@ def bench(
         from rumo.bench import SCENARIOS
         from rumo.bench.report import report
         from rumo.bench.runners import COMPILED, RUNNERS, USUAL, installed
-        from rumo.bench.width import FAMILIES, WIDTHS, measure_width, width_report
+        from rumo.bench.width import FAMILIES, measure_width, width_report
         from rumo.registry import DISCRETIZATIONS
 
         chosen = list(DISCRETIZATIONS) if scheme == "all" else words(scheme)
@@ -54,7 +52,7 @@ def bench(
         names = list(dict.fromkeys(["rti", *names]))
         runs: list[dict[str, Any]] = []
         if width:
-            sizes = [(family, states) for family in FAMILIES for states in WIDTHS]
+            sizes = [(name, states) for name, family in FAMILIES.items() for states in family.widths]
             measures = [lambda size=size: runs.append(measure_width(*size)) for size in sizes]
             _carry_out(measures, runs, width_report, as_json, quiet)
             return
