@@ -27,18 +27,20 @@ static void set_limits(riccati *r, const stage_maps *m) {
     const dims s = dims_of(&r->problem->sizes);
     const rumo_numbers *numbers = &r->problem->numbers;
     qp *q = &r->q;
-    for (int k = s.d; k < s.N; ++k) {
-        if (!begins(&s, &r->problem->blocking, k)) continue;
-        for (int j = 0; j < s.nu; ++j) {
+    for (int j = 0; j < s.nu; ++j) {
+        const double share = 1.0 / numbers->input_scales[j];
+        double before = m->guess_last[j];
+        for (int k = s.d; k < s.N; ++k) {
+            if (!begins(&s, &r->problem->blocking, k)) continue;
             const int i = block_at(&s, &r->problem->blocking, k) * s.nu + j, row = j * s.lanes + k;
-            const double *u = m->guess_values, scale = numbers->input_scales[j];
-            const double move = u[i] - (i < s.nu ? m->guess_last[j] : u[i - s.nu]);
-            r->moves[row] = move / scale;
-            q->lower[row] = (r->limits.lower[i] - u[i]) / scale;
-            q->upper[row] = (r->limits.upper[i] - u[i]) / scale;
+            const double u = m->guess_values[i], move = u - before;
+            before = u;
+            r->moves[row] = share * move;
+            q->lower[row] = share * (r->limits.lower[i] - u);
+            q->upper[row] = share * (r->limits.upper[i] - u);
             if (!r->limited) continue;
-            q->lower[s.nu * s.lanes + row] = (numbers->block_lower[i] - move) / scale;
-            q->upper[s.nu * s.lanes + row] = (numbers->block_upper[i] - move) / scale;
+            q->lower[s.nu * s.lanes + row] = share * (numbers->block_lower[i] - move);
+            q->upper[s.nu * s.lanes + row] = share * (numbers->block_upper[i] - move);
         }
     }
     for (int i = 0; i < s.nc; ++i)

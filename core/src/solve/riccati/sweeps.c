@@ -10,11 +10,10 @@
 static WITHIN double back_stage(const riccati *r, const dims *s, const layout *p, int k, double *restrict h,
                                 double *restrict by_inputs, double *restrict m) {
     const double *restrict rows = rows_of_stage(r, p, k), *restrict gains = r->gains + (ptrdiff_t)k * s->nu * p->ld;
-    const double *restrict fresh = columns_of_stage(r, p, k) + p->moving * p->ld;
     const double *restrict roots = r->roots + (ptrdiff_t)k * s->nu * s->nu;
     double *restrict out = r->out;
-    for (int j = 0; j < s->nu; ++j) by_inputs[j] = dot_of(h, fresh + j * p->ld, p->ld);
     combine_rows(h, rows, p->ld, p->rows, out, 0);
+    for (int j = 0; j < s->nu; ++j) by_inputs[j] = out[p->B + j] + (unblocked(s) ? h[p->v + j] : 0.0);
     for (int l = 0; l < p->ld; l += VEC) {
         vec sum = load(out + l) * load(r->kept + l);
         for (int j = 0; j < s->nu; ++j) sum += by_inputs[j] * load(gains + j * p->ld + l);
