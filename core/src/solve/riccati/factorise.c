@@ -68,15 +68,6 @@ static void finish_gains(riccati *r, const layout *p, int nu, double *restrict g
         }
 }
 
-/* Leave of T the columns of F. */
-static WITHIN void keep_columns(riccati *r, const layout *p, int rows) {
-    for (int l = rows / VEC * VEC; l < in_fours(p->c + 1); l += VEC)
-        for (int i = 0; i < rows; ++i) {
-            double *t = r->T + i * p->ld + l;
-            store(t, load(t) * load(r->kept + l));
-        }
-}
-
 /* Columns of the closed loop F - G K at a stage, in r->closed (zeta, ld). */
 static void close_loop(riccati *r, const dims *s, const layout *p, int k) {
     const double *restrict columns = columns_of_stage(r, p, k), *restrict fresh = columns + p->moving * p->ld;
@@ -111,18 +102,18 @@ static int factorise_stage(riccati *r, int k) {
     const double *restrict rows = rows_of_stage(r, &p, k);
     double *restrict T = r->T, *restrict next = r->next_P, *restrict Pc = r->Pc + (ptrdiff_t)(k + 1) * p.ld;
     double *restrict gains = r->gains + (ptrdiff_t)k * s.nu * p.ld;
-    /* T = P (F, G, c); where the rows of v are not stored, they are units in the columns of G, and no one needs theirs of F. */
-    const int from = unblocked(&s) ? p.B / VEC * VEC : 0, v = p.v * p.ld + from;
-    const onto of_v = {0, r->P, r->of_v}, of_later = {0, r->P + v, r->of_v + from};
-    product(r->P, p.ld, 1, p.v, rows, p.ld, p.rows, T, in_fours(p.c + 1), of_v);
-    product(r->P + p.v * p.ld, p.ld, 1, p.zeta - p.v, rows + from, p.ld, p.rows, T + v, in_fours(p.c + 1) - from, of_later);
+    /* T = P (F, G, c), first the columns that H waits for. Where the rows of v are not stored, they are units in the columns of
+     * G, and no one needs theirs of F. */
+    const int from = p.B / VEC * VEC;
+    const onto of_v = {0, r->P + from, r->of_v + from};
+    product(r->P, p.ld, 1, p.zeta, rows + from, p.ld, p.rows, T + from, in_fours(p.c + 1) - from, of_v);
+    product(r->P, p.ld, 1, unblocked(&s) ? p.v : p.zeta, rows, p.ld, p.rows, T, from, nothing_else);
     for (int i = 0; i < p.zeta; ++i) Pc[i] = T[i * p.ld + p.c];
     const int fresh = begins(&s, &r->problem->blocking, k);
     if (fresh) {
         curve_inputs(r, &p, &s, k, rows);
         if (!solve_inputs(r, &p, s.nu, gains)) return 0;
     }
-    keep_columns(r, &p, s.rows);
     product_lower(rows, 1, p.ld, 0, s.nx, T, p.ld, s.rows, next, nothing_else);
     zero(next + s.nx * p.ld, (p.zeta - s.nx) * p.ld);
     if (!unblocked(&s))

@@ -32,7 +32,7 @@ RARE static void riccati_lay_out(arena *a, void *self, const rumo_problem *own, 
     riccati *const r = (riccati *)self;
     const dims s = r->s = dims_of(&given->sizes);
     const layout p = layout_of(&s);
-    const ptrdiff_t lanes = s.lanes, nodes = (ptrdiff_t)(s.N + 1) * p.ld, square = (ptrdiff_t)p.zeta * p.ld;
+    const ptrdiff_t lanes = s.lanes, nodes = (ptrdiff_t)(s.N + 1) * p.ld, square = (ptrdiff_t)in_fours(p.zeta) * p.ld;
     r->problem = own;
     r->limits = lay_out_limits(a, &s, &own->numbers.bounds);
     r->stages = alloc_doubles(a, lanes * (p.rows + p.columns) * p.ld);

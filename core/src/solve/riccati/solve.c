@@ -121,16 +121,16 @@ static void riccati_expand(const riccati *r, stage_step *step) {
             const double mixed = unblocked(&s) ? zeta[p.v + j] : share * zeta[p.v + j] + (1.0 - share) * zeta[p.before + j];
             step->du[k * s.nu + j] = r->problem->numbers.input_scales[j] * mixed;
         }
-    for (int k = 0; k < s.N; ++k)
-        for (int i = 0; i < s.nc; ++i) {
-            const int at = k * s.nc + i;
-            const double limit = r->problem->numbers.constraint_limits[at];
-            step->constraints[at] =
-                k < s.d ? linearised(m, r->problem->G_first, i, &m->D, &m->E, k, step->dx + (ptrdiff_t)(k + 1) * s.ldx,
-                                     step->du + k * s.nu, limit)
-                        : m->terms[(ptrdiff_t)(r->problem->G_first + i) * s.lanes + k] - limit +
-                              q->value[q->first_soft + i * s.lanes + k];
-        }
+    const double *restrict limits = r->problem->numbers.constraint_limits, *restrict change = q->value + q->first_soft;
+    for (int k = 0; k < s.d; ++k)
+        for (int i = 0; i < s.nc; ++i)
+            step->constraints[k * s.nc + i] =
+                linearised(m, r->problem->G_first, i, &m->D, &m->E, k, step->dx + (ptrdiff_t)(k + 1) * s.ldx,
+                           step->du + k * s.nu, limits[k * s.nc + i]);
+    double *restrict values = r->forces;
+    for (int i = 0; i < s.nc * s.lanes; ++i) values[i] = m->terms[(ptrdiff_t)r->problem->G_first * s.lanes + i] + change[i];
+    turn(values + s.d, s.lanes, s.nc, s.N - s.d, step->constraints + s.d * s.nc, s.nc);
+    for (int i = s.d * s.nc; i < s.N * s.nc; ++i) step->constraints[i] -= limits[i];
 }
 
 /* Rows of the program as limits of stages. */
