@@ -80,6 +80,52 @@ static WITHIN double total(vec a) {
 }
 #endif
 
+/* Four rows of lanes as columns: to[l * stride + i] = rows[i][first + l] for four lanes and `count` of the rows. */
+static WITHIN void turn_fours(const double *const *rows, int first, int count, double *to, ptrdiff_t stride) {
+#if VEC >= 4
+    typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
+#ifdef __clang__
+#define JOINED(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+    typedef long long four_numbers __attribute__((vector_size(32)));
+#define JOINED(a, b, ...) __builtin_shuffle(a, b, (four_numbers){__VA_ARGS__})
+#endif
+    if (count == 4) {
+        const four a = *(const four *)(rows[0] + first), b = *(const four *)(rows[1] + first);
+        const four c = *(const four *)(rows[2] + first), d = *(const four *)(rows[3] + first);
+        const four even = JOINED(a, b, 0, 4, 2, 6), odd = JOINED(a, b, 1, 5, 3, 7);
+        const four even_of_rest = JOINED(c, d, 0, 4, 2, 6), odd_of_rest = JOINED(c, d, 1, 5, 3, 7);
+        *(four *)to = JOINED(even, even_of_rest, 0, 1, 4, 5);
+        *(four *)(to + stride) = JOINED(odd, odd_of_rest, 0, 1, 4, 5);
+        *(four *)(to + 2 * stride) = JOINED(even, even_of_rest, 2, 3, 6, 7);
+        *(four *)(to + 3 * stride) = JOINED(odd, odd_of_rest, 2, 3, 6, 7);
+        return;
+    }
+#undef JOINED
+#endif
+    for (int l = 0; l < 4; ++l)
+        for (int i = 0; i < count; ++i) to[l * stride + i] = rows[i][first + l];
+}
+
+/* to[j * to_stride + i] = from[i * from_stride + j]. The last four rows and columns overlap those before. */
+static inline void turn(const double *restrict from, ptrdiff_t from_stride, int rows, int columns, double *restrict to,
+                             ptrdiff_t to_stride) {
+    if (rows < 4 || columns < 4) {
+        for (int j = 0; j < columns; ++j)
+            for (int i = 0; i < rows; ++i) to[j * to_stride + i] = from[i * from_stride + j];
+        return;
+    }
+    for (int i = 0; i < rows; i += 4) {
+        const int row = i + 4 > rows ? rows - 4 : i;
+        const double *const first = from + row * from_stride;
+        const double *const fours[4] = {first, first + from_stride, first + 2 * from_stride, first + 3 * from_stride};
+        for (int j = 0; j < columns; j += 4) {
+            const int column = j + 4 > columns ? columns - 4 : j;
+            turn_fours(fours, column, 4, to + column * to_stride + row, to_stride);
+        }
+    }
+}
+
 static inline int padded(int count) { return (count + LANES - 1) / LANES * LANES; }
 
 /* y += a x, over a length that is a multiple of LANES. */

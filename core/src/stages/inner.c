@@ -37,10 +37,9 @@ static guess_lanes at_substep(const stage_maps *m, int substep) {
 
 /* Rows (count, width) to lanes; lanes beyond them repeat the last row. */
 static void to_lanes(const double *restrict rows, ptrdiff_t stride, int width, int count, int lanes, double *restrict to) {
-    for (int k = 0; k < lanes; ++k) {
-        const double *row = rows + (k < count ? k : count - 1) * stride;
-        for (int r = 0; r < width; ++r) to[(ptrdiff_t)r * lanes + k] = row[r];
-    }
+    turn(rows, stride, count, width, to, lanes);
+    for (int r = 0; r < width; ++r)
+        for (int k = count; k < lanes; ++k) to[(ptrdiff_t)r * lanes + k] = rows[(count - 1) * stride + r];
 }
 
 /* A guess for a state at rest. */

@@ -24,12 +24,8 @@ static void hold_guess(stage_maps *m, const double *last) {
 
 /* The guess, number k in lane k. */
 static void load_guess(stage_maps *m) {
-    const dims s = m->s;
-    const int stride = s.lanes + LANES;
-    for (int k = 0; k < stride; ++k) {
-        const double *x = m->guess_x + (k < s.N ? k : s.N) * s.nx;
-        for (int r = 0; r < s.nx; ++r) m->x_lanes[r * stride + k] = x[r];
-    }
+    const dims s = dims_of(&m->problem->sizes);
+    to_lanes(m->guess_x, s.nx, s.nx, s.N + 1, s.lanes + LANES, m->x_lanes);
     to_lanes(m->guess_u, s.nu, s.nu, s.N, s.lanes, m->u_lanes);
 }
 

@@ -9,32 +9,22 @@
 /* A difference of squares that leaves less than this share of the first is taken in another way. */
 #define CANCELLED 1e-6
 
-/* P += the curvature of a stage's outputs at its end: 2 Q times the square of each row. */
+/* Lower half of P += the curvature of a stage's outputs at its end: 2 Q times the square of each row. */
 static WITHIN void add_stage_cost(const riccati *r, int k, double *restrict P) {
-    const dims s = dims_of(&r->problem->sizes);
-    const layout p = layout_of(&s);
-    const node_rows *n = &r->outputs;
-    for (int i = 0; i < s.ny; ++i) {
-        const double weight = 2.0 * r->problem->numbers.output_weights[k * s.ny + i];
-        for (int a = n->start[i]; a < n->start[i + 1]; ++a) {
-            double *restrict row = P + n->entry[a] * p.ld;
-            const double first = weight * n->value[a][k];
-            for (int b = n->start[i]; b < n->start[i + 1]; ++b) row[n->entry[b]] += first * n->value[b][k];
-        }
-    }
+    const curvature_term *const end = r->terms + r->term_count;
+    for (const curvature_term *t = r->terms; t < end; ++t) P[t->at] += t->curvature[k] * t->first[k] * t->second[k];
 }
 
-/* Where inputs begin, H is the slope of the cost to go by them: G'T, and the cost of changing them. */
+/* Where inputs begin, H is the slope of the cost to go by them: (P G)'(F, G, c), and the cost of changing them. */
 static void curve_inputs(riccati *r, const layout *p, const dims *s, int k, const double *rows) {
-    const rumo_numbers *numbers = &r->problem->numbers;
-    double *restrict H = r->H, *restrict L = r->factor, *restrict curvature = r->move_curvature + k * s->nu;
-    const onto of_v = {0, r->T + p->v * p->ld, r->ones};
+    const double *restrict curvature = r->move_curvature + k * s->nu;
+    double *restrict H = r->H, *restrict L = r->factor;
+    const double *restrict later = r->T + p->v * p->ld + p->B; /* what is in no stored row */
     /* Whole rows, so that nothing is left of what may have been no number. */
-    product(rows + p->B, 1, p->ld, s->nu, r->T, p->ld, p->rows, H, p->ld, unblocked(s) ? of_v : nothing_else);
+    product(r->T + p->B, 1, p->ld, s->nu, rows, p->ld, p->rows, H, p->ld, nothing_else);
     for (int j = 0; j < s->nu; ++j) {
-        const double scale = numbers->input_scales[j];
-        curvature[j] = 2.0 * numbers->move_weights[block_at(s, &r->problem->blocking, k) * s->nu + j] * scale * scale;
-        for (int i = 0; i <= j; ++i) L[j * s->nu + i] = H[j * p->ld + p->B + i];
+        for (int i = 0; i <= j; ++i)
+            L[j * s->nu + i] = H[j * p->ld + p->B + i] + (unblocked(s) ? later[i * p->ld + j] : 0.0);
         L[j * s->nu + j] += curvature[j];
         r->q.span += L[j * s->nu + j];
         r->largest_curvature[j] = larger(r->largest_curvature[j], L[j * s->nu + j]);
@@ -87,15 +77,6 @@ static void finish_gains(riccati *r, const layout *p, int nu, double *restrict g
         }
 }
 
-/* Leave of T the columns of F. */
-static WITHIN void keep_columns(riccati *r, const layout *p, int rows) {
-    for (int l = rows / VEC * VEC; l < in_fours(p->c + 1); l += VEC)
-        for (int i = 0; i < rows; ++i) {
-            double *t = r->T + i * p->ld + l;
-            store(t, load(t) * load(r->kept + l));
-        }
-}
-
 /* Columns of the closed loop F - G K at a stage, in r->closed (zeta, ld). */
 static void close_loop(riccati *r, const dims *s, const layout *p, int k) {
     const double *restrict columns = columns_of_stage(r, p, k), *restrict fresh = columns + p->moving * p->ld;
@@ -123,16 +104,19 @@ RARE static void square_stage(riccati *r, const dims *s, const layout *p, int k,
                                        (gains[j * p->ld + b] - r->unit[j * p->ld + b]);
 }
 
-/* One stage: from P at its end to P at its beginning, without the cost there; 0 if not definite. */
+/* One stage: from P at its end to P at its beginning, with the cost there; 0 if not definite. */
 static int factorise_stage(riccati *r, int k) {
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
     const double *restrict rows = rows_of_stage(r, &p, k);
     double *restrict T = r->T, *restrict next = r->next_P, *restrict Pc = r->Pc + (ptrdiff_t)(k + 1) * p.ld;
     double *restrict gains = r->gains + (ptrdiff_t)k * s.nu * p.ld;
-    /* T = P (F, G, c); where the rows of v are not stored, they are units in the columns of G. */
-    const onto of_v = {0, r->P, r->of_v};
-    product(r->P, p.ld, 1, p.zeta, rows, p.ld, p.rows, T, in_fours(p.c + 1), of_v);
+    /* T = P (F, G, c), first the columns that H waits for. Where the rows of v are not stored, they are units in the columns of
+     * G, and no one needs theirs of F. */
+    const int from = p.B / VEC * VEC;
+    const onto of_v = {0, r->P + from, r->of_v + from};
+    product(r->P, p.ld, 1, p.zeta, rows + from, p.ld, p.rows, T + from, in_fours(p.c + 1) - from, of_v);
+    product(r->P, p.ld, 1, unblocked(&s) ? p.v : p.zeta, rows, p.ld, p.rows, T, from, nothing_else);
     for (int i = 0; i < p.zeta; ++i) Pc[i] = T[i * p.ld + p.c];
     const int fresh = begins(&s, &r->problem->blocking, k);
     if (fresh) {
@@ -140,7 +124,6 @@ static int factorise_stage(riccati *r, int k) {
         if (r->pinned) hold_inputs(r, &p, s.nu, k);
         if (!solve_inputs(r, &p, s.nu, gains)) return 0;
     }
-    keep_columns(r, &p, s.rows);
     product_lower(rows, 1, p.ld, 0, s.nx, T, p.ld, s.rows, next, nothing_else);
     zero(next + s.nx * p.ld, (p.zeta - s.nx) * p.ld);
     if (!unblocked(&s))
@@ -158,6 +141,7 @@ static int factorise_stage(riccati *r, int k) {
         for (int i = 0; i < s.nx; ++i) cancelled |= next[i * (p.ld + 1)] < CANCELLED * before[i];
         if (cancelled) square_stage(r, &s, &p, k, next);
     }
+    if (k > s.d) add_stage_cost(r, k - 1, next);
     mirror_lower(next, p.zeta, p.ld);
     r->next_P = r->P;
     r->P = next;
@@ -172,10 +156,10 @@ static int factorise_stages(riccati *r) {
     r->chain.laid = 0;
     zero(r->largest_curvature, s.nu);
     zero(r->P, p.zeta * p.ld);
-    for (int k = s.N - 1; k >= s.d; --k) {
-        add_stage_cost(r, k, r->P);
+    add_stage_cost(r, s.N - 1, r->P);
+    mirror_lower(r->P, p.zeta, p.ld);
+    for (int k = s.N - 1; k >= s.d; --k)
         if (!factorise_stage(r, k)) return 0;
-    }
     return 1;
 }
 

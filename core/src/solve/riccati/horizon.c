@@ -11,7 +11,6 @@ static inline int moved_entry(const dims *s, int i) { return i < s->nx ? i : s->
 /* The parts of stages that do not depend on numbers: what becomes of v. */
 RARE static void lay_out_inputs(const dims *s, const layout *p, const rumo_blocking *held, riccati *r) {
     for (int l = 0; l < p->ld; ++l) {
-        r->ones[l] = 1.0;
         r->kept[l] = l < (unblocked(s) ? s->rows : p->zeta) ? 1.0 : 0.0;
         r->of_v[l] = unblocked(s) && l >= p->v && l < p->zeta ? 1.0 : 0.0;
     }
@@ -31,20 +30,49 @@ RARE static void lay_out_inputs(const dims *s, const layout *p, const rumo_block
     }
 }
 
-/* Where the maps' entries lie where inputs are not held, or before the first free one; those of inputs come last. */
-RARE static void place_entries(const dims *s, const layout *p, const stage_maps *m, riccati *r) {
-    int count = 0;
-    for (int of_inputs = 0; of_inputs < 2; ++of_inputs) {
-        for (int e = 0; e < m->map.start[s->rows]; ++e) {
-            const int c = m->map.column[e], j = c - s->nx, row = m->map_row[e];
-            if (of_inputs != (j >= 0 && j < s->nu)) continue;
-            r->entries[count++] =
-                (laid_entry){e * s->lanes, row * p->ld + (j < 0 ? c : j < s->nu ? p->B + j : p->c),
-                             (j < 0 ? c : j < s->nu ? p->moving + j : p->columns - 1) * p->ld + row, of_inputs ? j : 0};
-        }
-        if (!of_inputs) r->plain_entries = count;
+/* Most groups of entries that a stage can be made of. */
+static inline int most_laid(const dims *s, const layout *p) {
+    return s->rows * ((p->c + 4) / 4) + s->width * ((s->rows + 3) / 4);
+}
+
+/* Where an entry of a map comes from: its lanes in the maps or, if negative, ~ of those in `scaled`, which are zeros where the
+ * map has no such entry. */
+static int source_of(const dims *s, const stage_maps *m, int row, int column) {
+    int of_inputs = 0;
+    for (int e = 0; e < m->map.start[row + 1]; ++e) {
+        const int input = m->map.column[e] >= s->nx && m->map.column[e] < s->nx + s->nu;
+        of_inputs += input;
+        if (e >= m->map.start[row] && m->map.column[e] == column) return input ? ~(of_inputs * s->lanes) : e * s->lanes;
     }
-    r->entry_count = count;
+    return ~0;
+}
+
+/* Unless none of its entries is there. */
+static void lay_entries(riccati *r, laid_entries laid) {
+    int there = 0;
+    for (int i = 0; i < laid.count; ++i) there |= laid.of[i] != ~0;
+    if (there) r->laid[r->laid_count++] = laid;
+}
+
+/* What stages are made of where inputs are not held, or before the first free one. */
+RARE static void place_entries(const dims *s, const layout *p, const stage_maps *m, riccati *r) {
+    r->laid_count = 0;
+    for (int i = 0; i < s->rows; ++i)
+        for (int at = 0; at <= p->c; at += 4) {
+            laid_entries laid = {{~0, ~0, ~0, ~0}, 4, i * p->ld + at, {NULL}};
+            for (int q = 0; q < 4; ++q) {
+                const int column = at + q < s->nx ? at + q : at + q - p->B + s->nx;
+                if (at + q < s->nx || (at + q >= p->B && at + q <= p->c)) laid.of[q] = source_of(s, m, i, column);
+            }
+            lay_entries(r, laid);
+        }
+    for (int c = 0; c < s->width; ++c)
+        for (int i = 0; i < s->rows; i += 4) {
+            const int column = c < s->nx ? c : c - s->nx + p->moving, left = s->rows - i;
+            laid_entries laid = {{~0, ~0, ~0, ~0}, left < 4 ? left : 4, (p->rows + column) * p->ld + i, {NULL}};
+            for (int q = 0; q < laid.count; ++q) laid.of[q] = source_of(s, m, i + q, c);
+            lay_entries(r, laid);
+        }
 }
 
 /* The input of a stage is a mixture of v and of the value before: of new ones and of v, if it begins a block. */
@@ -68,19 +96,24 @@ RARE static void mix_inputs(const dims *s, const layout *p, const rumo_blocking 
 static void lay_stages(riccati *r, const stage_maps *m) {
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
-    const double *scales = r->problem->numbers.input_scales;
-    const laid_entry *restrict of = r->entries;
-    const int plain = r->plain_entries, count = r->entry_count;
-    for (int k = 0; k < s.N; ++k) {
-        double *restrict rows = rows_of_stage(r, &p, k), *restrict columns = columns_of_stage(r, &p, k);
-        const double *restrict maps = m->maps + k;
-        if (!unblocked(&s))
-            for (int i = 0; i < s.rows; ++i) zero(rows + i * p.ld + p.B, s.nu); /* of entries that are not there */
-        for (int e = 0; e < plain; ++e) rows[of[e].in_rows] = columns[of[e].in_columns] = maps[of[e].from];
-        for (int e = plain; e < count; ++e)
-            rows[of[e].in_rows] = columns[of[e].in_columns] = scales[of[e].input] * maps[of[e].from];
-        if (!unblocked(&s) && k >= s.d) mix_inputs(&s, &p, &r->problem->blocking, k, rows, columns);
+    const ptrdiff_t stage = (ptrdiff_t)(p.rows + p.columns) * p.ld;
+    double *scaled = r->scaled;
+    for (int i = 0; i < s.rows; ++i)
+        for (int e = m->end_of_A[i]; e < m->map.start[i + 1] && m->map.column[e] < s.nx + s.nu; ++e) {
+            const double scale = r->problem->numbers.input_scales[m->map.column[e] - s.nx];
+            scaled += s.lanes;
+            for (int k = 0; k < s.lanes; ++k) scaled[k] = scale * m->maps[(ptrdiff_t)e * s.lanes + k];
+        }
+    laid_entries *const end = r->laid + r->laid_count;
+    for (laid_entries *laid = r->laid; laid < end; ++laid)
+        for (int i = 0; i < 4; ++i) laid->lanes[i] = laid->of[i] < 0 ? r->scaled + ~laid->of[i] : m->maps + laid->of[i];
+    for (int k = 0; k < s.N; k += LANES) {
+        double *first = rows_of_stage(r, &p, k);
+        for (const laid_entries *laid = r->laid; laid < end; ++laid)
+            for (int l = 0; l < LANES; l += 4) turn_fours(laid->lanes, k + l, laid->count, first + l * stage + laid->to, stage);
     }
+    for (int k = s.d; !unblocked(&s) && k < s.N; ++k)
+        mix_inputs(&s, &p, &r->problem->blocking, k, rows_of_stage(r, &p, k), columns_of_stage(r, &p, k));
 }
 
 #endif

@@ -4,20 +4,44 @@
 
 #include "solve/riccati/space.c"
 
+/* Products of two entries of the same output. */
+RARE static int most_terms(const dims *s, const rumo_pattern *Cx, const rumo_pattern *Cu) {
+    const int of_v = unblocked(s) ? 1 : 2;
+    int most = 0;
+    for (int i = 0; i < s->ny; ++i) {
+        int entries = 0;
+        for (int e = 0; e < Cx->count; ++e) entries += Cx->row[e] == i;
+        for (int e = 0; e < Cu->count; ++e) entries += of_v * (Cu->row[e] == i);
+        most += entries * (entries + 1) / 2;
+    }
+    return most;
+}
+
+RARE static void place_terms(const dims *s, const layout *p, riccati *r) {
+    const node_rows *n = &r->outputs;
+    r->term_count = 0;
+    for (int i = 0; i < s->ny; ++i)
+        for (int a = n->start[i]; a < n->start[i + 1]; ++a)
+            for (int b = n->start[i]; b < n->start[i + 1]; ++b)
+                if (n->entry[b] <= n->entry[a])
+                    r->terms[r->term_count++] = (curvature_term){r->output_curvature + (ptrdiff_t)i * s->lanes, n->value[a],
+                                                                 n->value[b], n->entry[a] * p->ld + n->entry[b]};
+}
+
 RARE static void riccati_lay_out(arena *a, void *self, const rumo_problem *own, const rumo_problem *given) {
     riccati *const r = (riccati *)self;
     const dims s = r->s = dims_of(&given->sizes);
     const layout p = layout_of(&s);
-    const ptrdiff_t lanes = s.lanes, nodes = (ptrdiff_t)(s.N + 1) * p.ld, square = (ptrdiff_t)p.zeta * p.ld;
+    const ptrdiff_t lanes = s.lanes, nodes = (ptrdiff_t)(s.N + 1) * p.ld, square = (ptrdiff_t)in_fours(p.zeta) * p.ld;
     r->problem = own;
     r->limits = lay_out_limits(a, &s, &own->numbers.bounds);
-    r->rows = alloc_doubles(a, (ptrdiff_t)s.N * p.rows * p.ld);
-    r->columns = alloc_doubles(a, (ptrdiff_t)s.N * p.columns * p.ld);
+    r->stages = alloc_doubles(a, lanes * (p.rows + p.columns) * p.ld);
+    r->scaled = alloc_doubles(a, (1 + s.rows * s.nu) * lanes);
+    r->laid = (laid_entries *)alloc(a, (size_t)most_laid(&s, &p) * sizeof *r->laid);
     r->gains = alloc_doubles(a, (ptrdiff_t)s.N * s.nu * p.ld);
     r->roots = alloc_doubles(a, (ptrdiff_t)s.N * s.nu * s.nu);
     r->kept = alloc_doubles(a, p.ld);
     r->of_v = alloc_doubles(a, p.ld);
-    r->ones = alloc_doubles(a, p.ld);
     r->unit = alloc_doubles(a, s.nu * p.ld);
     double **const squares[] = {&r->P, &r->next_P, &r->covariance, &r->half, &r->closed};
     for (size_t i = 0; i < sizeof squares / sizeof *squares; ++i) *squares[i] = alloc_doubles(a, square);
@@ -31,6 +55,8 @@ RARE static void riccati_lay_out(arena *a, void *self, const rumo_problem *own, 
     r->move_curvature = alloc_doubles(a, s.N * s.nu);
     r->pins = alloc_ints(a, s.N * s.nu);
     r->pin_slopes = alloc_doubles(a, s.N * s.nu);
+    r->output_curvature = alloc_doubles(a, s.ny * lanes);
+    r->terms = (curvature_term *)alloc(a, (size_t)most_terms(&s, &given->Cx, &given->Cu) * sizeof *r->terms);
     r->zeta_lanes = alloc_doubles(a, p.zeta * lanes);
     r->slope_lanes = alloc_doubles(a, p.zeta * lanes);
     double **const by_lanes[] = {&r->change_lanes, &r->moves};
@@ -49,7 +75,6 @@ RARE static void riccati_lay_out(arena *a, void *self, const rumo_problem *own, 
     r->gamma = alloc_doubles(a, r->q.room);
     if (r->q.room < r->q.capacity) lay_out_chain(a, r, &s, &p);
     r->conflict = (rumo_conflict *)alloc(a, (size_t)r->q.capacity * sizeof *r->conflict);
-    r->entries = (laid_entry *)alloc(a, (size_t)(s.rows * s.width) * sizeof *r->entries);
     if (a->base) lay_out_inputs(&s, &p, &own->blocking, r);
 }
 
@@ -69,6 +94,12 @@ RARE static void riccati_renumber(void *self) {
         q->upper[i] = q->ceiling[i] = q->l1[i] = INFINITY;
         q->l2[i] = 0.0;
         q->weight[i] = i < s->nu * s->lanes ? 1.0 : 0.70710678118654752440;
+    }
+    for (int k = s->d; k < s->N; ++k) {
+        for (int i = 0; i < s->ny; ++i) r->output_curvature[i * s->lanes + k] = 2.0 * p->output_weights[k * s->ny + i];
+        for (int j = 0; j < s->nu && begins(s, &r->problem->blocking, k); ++j)
+            r->move_curvature[k * s->nu + j] = 2.0 * p->move_weights[block_at(s, &r->problem->blocking, k) * s->nu + j] *
+                                               p->input_scales[j] * p->input_scales[j];
     }
     for (int i = 0; i < s->nc * s->lanes; ++i) {
         q->l1[q->first_soft + i] = p->l1[i / s->lanes];
@@ -121,6 +152,7 @@ OUTSIDE static int riccati_prepare(void *self, const stage_maps *m, int shift) {
         place_entries(&s, &p, m, r);
         place_node_rows(&s, &p, m, &m->Cx, &m->Cu, &r->outputs);
         place_node_rows(&s, &p, m, &m->D, &m->E, &r->constraints);
+        place_terms(&s, &p, r);
     }
     r->maps = m;
     mix_node_rows(&s, m, &m->Cu, r->problem->numbers.input_scales, &r->outputs);

@@ -82,10 +82,15 @@ static WITHIN void product_lower(const double *X, ptrdiff_t x_row, ptrdiff_t x_c
     }
 }
 
-/* Make it symmetric to the last bit: what differs would grow as the plant does by itself, not as it does in closed loop. */
+/* Make it symmetric to the last bit: what differs would grow as the plant does by itself, not as it does in closed loop.
+ * Nothing stays of what is above the diagonal, and there is room for a multiple of four rows. */
 static WITHIN void mirror_lower(double *P, int size, int ld) {
-    for (int i = 0; i < size; ++i)
-        for (int j = i + 1; j < size; ++j) P[i * ld + j] = P[j * ld + i];
+    for (int i = 0; i < size; i += 4) {
+        const double *const rows[4] = {P + i * ld, P + (i + 1) * ld, P + (i + 2) * ld, P + (i + 3) * ld};
+        for (int j = 0; j < i; j += 4) turn_fours(rows, j, 4, P + j * ld + i, ld);
+        for (int a = 0; a < 4; ++a)
+            for (int b = 0; b < a; ++b) P[(i + b) * ld + i + a] = rows[a][i + b];
+    }
 }
 
 /* to (ld,) = x Y or, if `add`, that more, for a single row x (count,): in two sums, which do not wait for each other. */

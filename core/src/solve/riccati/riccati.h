@@ -46,10 +46,11 @@ static inline layout layout_of(const dims *s) {
     return p;
 }
 
-/* Where an entry of the maps lies: in the maps, and in rows and columns of a stage. */
-typedef struct laid_entry {
-    int from, in_rows, in_columns, input;
-} laid_entry;
+/* Up to four entries of the maps that lie side by side in a stage: see horizon.c. */
+typedef struct laid_entries {
+    int of[4], count, to;   /* which they are, how many, and where they go to */
+    const double *lanes[4]; /* the entries themselves */
+} laid_entries;
 
 /* Sparse rows over zeta at the ends of stages, see node_rows.h. */
 typedef struct node_rows {
@@ -72,18 +73,28 @@ typedef struct chain {
     int *position, *held;  /* (rows,): of members, else -1; states of those that are in the gains, else 0 */
 } chain;
 
+/* What an output adds to the lower half of P (zeta, ld) at `at`: a product of lanes. */
+typedef struct curvature_term {
+    const double *curvature, *first, *second;
+    int at;
+} curvature_term;
+
 typedef struct riccati {
     qp q;
     dims s;
     const rumo_problem *problem;
-    double *rows;                    /* (N, rows, ld): of (F, G, c) */
-    double *columns;                 /* (N, columns, ld): of F, G and c, with those of v */
+    double *stages;                  /* (lanes, rows + columns, ld): rows of (F, G, c), and columns with those of v */
+    double *scaled;                  /* (1 + entries of inputs, lanes): zeros; those entries, in units of the ranges */
+    laid_entries *laid;              /* (laid_count,): what each stage is made of */
+    int laid_count;
     double *gains, *roots;           /* (N, nu, ld), (N, nu, nu): -K and L'^-1 */
-    double *ones, *kept, *of_v, *unit; /* (ld,), and (nu, ld): ones; where a row of (F, G, c) has F; of v, where it has
-                                          not; of each v */
+    double *kept, *of_v, *unit;      /* (ld,), and (nu, ld): where a row of (F, G, c) has F; of v, if it has not; of each */
     double *P, *next_P, *T, *H;      /* (zeta, ld) each, (nu, ld): see factorise.c */
     double *factor, *inverse;        /* (nu, nu), (nu,): L, and 1 / D, of a stage */
     double *move_curvature;          /* (N, nu): by change of v, where inputs begin, else 0 */
+    double *output_curvature;        /* (ny, lanes): by outputs */
+    curvature_term *terms;           /* (term_count,): the curvature that outputs add at the end of a stage */
+    int term_count;
     double *Pc;                      /* (N + 1, ld): P c at each node */
     double *zeta, *nodes;            /* (N + 1, ld): trajectory; slopes by it */
     double *zeta_lanes, *slope_lanes; /* (zeta, lanes): the same at the ends of stages */
@@ -95,8 +106,6 @@ typedef struct riccati {
     double *row, *out, *input_slope; /* (ld,), (ld,), (nu,): scratch */
     double *covariance, *half, *closed; /* (zeta, ld) each: see norms.c */
     int norms_at;                    /* stage at which norms are refreshed next, -1: at all */
-    laid_entry *entries;             /* (entries,): those of inputs, which are in units of their ranges, come last */
-    int plain_entries, entry_count;
     double *reach_rows, *reach_next; /* (nx, ld) */
     double *best, *other, *inputs;   /* (nb, nu) */
     double *largest_curvature, *largest_force, *largest_slope; /* (nu,): along an input, over the horizon */
@@ -122,11 +131,11 @@ static inline stage_limit limited_by(const riccati *r, int row) {
 }
 
 static inline double *rows_of_stage(const riccati *r, const layout *p, int k) {
-    return r->rows + (ptrdiff_t)k * p->rows * p->ld;
+    return r->stages + (ptrdiff_t)k * (p->rows + p->columns) * p->ld;
 }
 
 static inline double *columns_of_stage(const riccati *r, const layout *p, int k) {
-    return r->columns + (ptrdiff_t)k * p->columns * p->ld;
+    return rows_of_stage(r, p, k) + p->rows * p->ld;
 }
 
 /* Whether new inputs begin at a stage. */

@@ -27,18 +27,20 @@ static void set_limits(riccati *r, const stage_maps *m) {
     const dims s = dims_of(&r->problem->sizes);
     const rumo_numbers *numbers = &r->problem->numbers;
     qp *q = &r->q;
-    for (int k = s.d; k < s.N; ++k) {
-        if (!begins(&s, &r->problem->blocking, k)) continue;
-        for (int j = 0; j < s.nu; ++j) {
+    for (int j = 0; j < s.nu; ++j) {
+        const double share = 1.0 / numbers->input_scales[j];
+        double before = m->guess_last[j];
+        for (int k = s.d; k < s.N; ++k) {
+            if (!begins(&s, &r->problem->blocking, k)) continue;
             const int i = block_at(&s, &r->problem->blocking, k) * s.nu + j, row = j * s.lanes + k;
-            const double *u = m->guess_values, scale = numbers->input_scales[j];
-            const double move = u[i] - (i < s.nu ? m->guess_last[j] : u[i - s.nu]);
-            r->moves[row] = move / scale;
-            q->lower[row] = (r->limits.lower[i] - u[i]) / scale;
-            q->upper[row] = (r->limits.upper[i] - u[i]) / scale;
+            const double u = m->guess_values[i], move = u - before;
+            before = u;
+            r->moves[row] = share * move;
+            q->lower[row] = share * (r->limits.lower[i] - u);
+            q->upper[row] = share * (r->limits.upper[i] - u);
             if (!r->limited) continue;
-            q->lower[s.nu * s.lanes + row] = (numbers->block_lower[i] - move) / scale;
-            q->upper[s.nu * s.lanes + row] = (numbers->block_upper[i] - move) / scale;
+            q->lower[s.nu * s.lanes + row] = share * (numbers->block_lower[i] - move);
+            q->upper[s.nu * s.lanes + row] = share * (numbers->block_upper[i] - move);
         }
     }
     for (int i = 0; i < s.nc; ++i)
@@ -119,16 +121,16 @@ static void riccati_expand(const riccati *r, stage_step *step) {
             const double mixed = unblocked(&s) ? zeta[p.v + j] : share * zeta[p.v + j] + (1.0 - share) * zeta[p.before + j];
             step->du[k * s.nu + j] = r->problem->numbers.input_scales[j] * mixed;
         }
-    for (int k = 0; k < s.N; ++k)
-        for (int i = 0; i < s.nc; ++i) {
-            const int at = k * s.nc + i;
-            const double limit = r->problem->numbers.constraint_limits[at];
-            step->constraints[at] =
-                k < s.d ? linearised(m, r->problem->G_first, i, &m->D, &m->E, k, step->dx + (ptrdiff_t)(k + 1) * s.ldx,
-                                     step->du + k * s.nu, limit)
-                        : m->terms[(ptrdiff_t)(r->problem->G_first + i) * s.lanes + k] - limit +
-                              q->value[q->first_soft + i * s.lanes + k];
-        }
+    const double *restrict limits = r->problem->numbers.constraint_limits, *restrict change = q->value + q->first_soft;
+    for (int k = 0; k < s.d; ++k)
+        for (int i = 0; i < s.nc; ++i)
+            step->constraints[k * s.nc + i] =
+                linearised(m, r->problem->G_first, i, &m->D, &m->E, k, step->dx + (ptrdiff_t)(k + 1) * s.ldx,
+                           step->du + k * s.nu, limits[k * s.nc + i]);
+    double *restrict values = q->forces;
+    for (int i = 0; i < s.nc * s.lanes; ++i) values[i] = m->terms[(ptrdiff_t)r->problem->G_first * s.lanes + i] + change[i];
+    turn(values + s.d, s.lanes, s.nc, s.N - s.d, step->constraints + s.d * s.nc, s.nc);
+    for (int i = s.d * s.nc; i < s.N * s.nc; ++i) step->constraints[i] -= limits[i];
 }
 
 /* Rows of the program as limits of stages. */

@@ -25,13 +25,11 @@ static int riccati_transform(qp *q, int position) {
 
 /* Lanes of zeta at the ends of stages to nodes, and back. */
 static void to_nodes(const dims *s, const layout *p, const double *restrict lanes, double *restrict nodes) {
-    for (int k = s->d; k < s->N; ++k)
-        for (int i = 0; i < p->zeta; ++i) nodes[(k + 1) * p->ld + i] = lanes[(ptrdiff_t)i * s->lanes + k];
+    turn(lanes + s->d, s->lanes, p->zeta, s->N - s->d, nodes + (s->d + 1) * p->ld, p->ld);
 }
 
 static void from_nodes(const dims *s, const layout *p, const double *restrict nodes, double *restrict lanes) {
-    for (int k = s->d; k < s->N; ++k)
-        for (int i = 0; i < p->zeta; ++i) lanes[(ptrdiff_t)i * s->lanes + k] = nodes[(k + 1) * p->ld + i];
+    turn(nodes + (s->d + 1) * p->ld, p->ld, s->N - s->d, p->zeta, lanes + s->d, s->lanes);
 }
 
 /* Values of all rows along zeta, which is kept in lanes too. */
@@ -69,7 +67,7 @@ static void slope_at_nodes(riccati *r, int members) {
         add_node_values(&r->outputs, i, r->zeta_lanes, s.lanes, force);
         for (int k = s.d; k < s.N; ++k) {
             const double error = force[k] + y[k] - r->known->reference[(k + 1) * s.ny + i];
-            force[k] = 2.0 * r->problem->numbers.output_weights[k * s.ny + i] * error;
+            force[k] = r->output_curvature[i * s.lanes + k] * error;
         }
         add_node_forces(&r->outputs, i, force, s.lanes, r->slope_lanes);
     }
@@ -144,7 +142,7 @@ static double riccati_size_of(qp *q, const double *parts, int members, double *a
     *at_zero = 0.0;
     for (int k = s.N - 1; k >= s.d; --k) {
         axpy(h, 1.0, r->nodes + (ptrdiff_t)(k + 1) * p.ld, p.ld);
-        *at_zero += back_stage(r, &s, &p, k, h, by_inputs, NULL);
+        *at_zero += back_stage(r, &s, &p, k, h, NULL, by_inputs, NULL);
         for (int j = 0; begins(&s, &r->problem->blocking, k) && j < s.nu; ++j) {
             if (r->pinned && r->pins[k * s.nu + j]) *at_zero += by_inputs[j] * kept_at(r, &s, k, j);
             else size += fabs(by_inputs[j]);

@@ -5,18 +5,19 @@
 #include "solve/riccati/horizon.c"
 #include "solve/riccati/products.h"
 
-/* From a slope by zeta_{k+1}, h, to that by zeta_k, in its place; `by_inputs` are those by new inputs, and what they are over w
- * goes to m; in open loop without m. Returns the slope by the constant term. */
+/* From a slope by zeta_{k+1}, h, to that by zeta_k, in its place, with what is `there` by itself unless that is NULL;
+ * `by_inputs` are those by new inputs, and what they are over w goes to m; in open loop without m. Returns the slope by the
+ * constant term. */
 static WITHIN double back_stage(const riccati *r, const dims *s, const layout *p, int k, double *restrict h,
-                                double *restrict by_inputs, double *restrict m) {
+                                const double *restrict there, double *restrict by_inputs, double *restrict m) {
     const double *restrict rows = rows_of_stage(r, p, k), *restrict gains = r->gains + (ptrdiff_t)k * s->nu * p->ld;
-    const double *restrict fresh = columns_of_stage(r, p, k) + p->moving * p->ld;
     const double *restrict roots = r->roots + (ptrdiff_t)k * s->nu * s->nu;
     double *restrict out = r->out;
-    for (int j = 0; j < s->nu; ++j) by_inputs[j] = dot_of(h, fresh + j * p->ld, p->ld);
     combine_rows(h, rows, p->ld, p->rows, out, 0);
+    for (int j = 0; j < s->nu; ++j) by_inputs[j] = out[p->B + j] + (unblocked(s) ? h[p->v + j] : 0.0);
     for (int l = 0; l < p->ld; l += VEC) {
         vec sum = load(out + l) * load(r->kept + l);
+        if (there) sum += load(there + l);
         for (int j = 0; m && j < s->nu; ++j) sum += by_inputs[j] * load(gains + j * p->ld + l);
         store(h + l, sum);
     }
@@ -51,19 +52,14 @@ static double sweep_back(riccati *r, int affine, double *restrict m) {
     const layout p = layout_of(&s);
     double *restrict h = r->row, *restrict slope = r->input_slope, *restrict force = r->largest_force,
                      *restrict largest = r->largest_slope, worst = 0.0;
-    zero(h, p.ld);
+    for (int i = (s.d + 1) * p.ld; affine && i < (s.N + 1) * p.ld; ++i) r->nodes[i] += r->Pc[i];
+    copy(h, r->nodes + (ptrdiff_t)s.N * p.ld, p.ld);
     zero(m + r->q.n, r->q.ld - r->q.n);
     zero(largest, s.nu);
     for (int j = 0; j < s.nu; ++j) force[j] = 1e-6 * r->largest_curvature[j];
     for (int k = s.N - 1; k >= s.d; --k) {
-        const double *restrict node = r->nodes + (ptrdiff_t)(k + 1) * p.ld, *restrict Pc = r->Pc + (ptrdiff_t)(k + 1) * p.ld;
-        for (int l = 0; l < p.ld; l += VEC) {
-            vec sum = load(h + l) + load(node + l);
-            if (affine) sum += load(Pc + l);
-            store(h + l, sum);
-        }
         for (int j = 0; j < s.nu; ++j) force[j] = larger(force[j], fabs(h[p.v + j]));
-        back_stage(r, &s, &p, k, h, slope, m);
+        back_stage(r, &s, &p, k, h, r->nodes + (ptrdiff_t)k * p.ld, slope, m);
         if (r->pinned) set_slopes_apart(r, &s, k, slope);
         if (begins(&s, &r->problem->blocking, k))
             for (int j = 0; j < s.nu; ++j) largest[j] = larger(largest[j], fabs(slope[j]));
@@ -81,7 +77,7 @@ static double sweep_row(riccati *r, int k, int before, double *restrict m, doubl
     zero(m, r->q.ld);
     *gamma = 0.0;
     for (int i = k; i >= s.d; --i) {
-        *gamma += back_stage(r, &s, &p, i, h, slope, m);
+        *gamma += back_stage(r, &s, &p, i, h, NULL, slope, m);
         for (int j = 0; r->pinned && j < s.nu; ++j) *gamma += slope[j] * kept_at(r, &s, i, j);
         if (r->pinned) copy(r->pin_slopes + i * s.nu, slope, s.nu);
         if (begins(&s, &r->problem->blocking, i))
