@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 import rumo
-from rumo.bench import SCENARIOS, measure, measuring, record, summary
+from rumo.bench import SCENARIOS, WEAK, measure, measuring, record, summary
 from rumo.bench.qp import installed, measure_solvers, record_programs
 from rumo.bench.report import report, solver_summary, solver_table
 from rumo.bench.runners import Outcome
@@ -43,6 +43,19 @@ def test_a_recording_is_what_the_controller_was_told(recording):
         np.testing.assert_allclose(controller.applied, applied, rtol=0.0, atol=1e-9)
         commands.append(controller.step(x, reference).command.values)
     np.testing.assert_allclose(commands[:-1], recording.applied[1:, 0], rtol=0.0, atol=1e-9)
+
+
+def test_weak_inputs_are_nearly_all_at_bounds():
+    recording = record(WEAK, 30, SAMPLES)
+    problem = recording.problem
+    controller = rumo.RealTimeIteration(problem)
+    plans = [controller.step(x, wanted) for x, wanted in zip(recording.x, recording.reference, strict=True)]
+    close = 1e-9 * problem.input_scales
+    shares = [
+        np.mean((plan.u.values <= problem.input_lower + close) | (plan.u.values >= problem.input_upper - close))
+        for plan in plans
+    ]
+    assert np.median(shares) > 0.8
 
 
 def test_every_runner_that_works_here_gives_a_time_for_each_phase_of_each_sample(recording):

@@ -14,12 +14,23 @@ SCENARIOS = {
     "limit": PaperStudy(("rti",), path=SinePath(3.0, 50.0, 12.0, PAPER_CAR), weights=CLOSE_WEIGHTS),
 }
 """The paper's drive at 8 m/s, and one at 12 m/s whose friction circles are violated at times."""
+WEAK, WEAKNESS = "weak", 0.04
+"""What the controller is told at the limit, but with inputs of so little of their range: nine tenths are at bounds."""
 
 
 def record(scenario: str, horizon: int, steps: int) -> Recording:
-    """Drive a scenario of `SCENARIOS` with the real-time iteration for a number of samples."""
-    study = replace(SCENARIOS[scenario], horizon=horizon, duration=steps * SAMPLING_TIME)
-    return recorded(study.problem(), study.run()["rti"], study.path)
+    """Drive a scenario of `SCENARIOS` with the real-time iteration for a number of samples; `WEAK` is the limit's."""
+    study = SCENARIOS["limit" if scenario == WEAK else scenario]
+    study = replace(study, horizon=horizon, duration=steps * SAMPLING_TIME)
+    recording = recorded(study.problem(), study.run()["rti"], study.path)
+    if scenario != WEAK:
+        return recording
+    problem = recording.problem
+    bounds = {
+        name: (WEAKNESS * lower, WEAKNESS * upper)
+        for name, lower, upper in zip(problem.model.inputs, problem.input_lower, problem.input_upper, strict=True)
+    }
+    return replace(recording, problem=problem.changed(bounds=bounds))
 
 
 def shortened(recording: Recording, steps: int) -> Recording:

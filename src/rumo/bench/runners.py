@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from rumo.bench.acados import available as acados_available
-from rumo.controllers import DirectNlp, RealTimeIteration
+from rumo.controllers import DirectNlp, QpOptions, RealTimeIteration
 from rumo.discretization import Discretization
 from rumo.problem import Problem
 from rumo.signals import Array
@@ -64,9 +64,11 @@ class Stepped(Protocol):
         ...
 
 
-def core(recording: Recording, backend: str = "auto", scheme: Discretization | None = None) -> Runner:
+def core(
+    recording: Recording, backend: str = "auto", scheme: Discretization | None = None, qp: QpOptions | None = None
+) -> Runner:
     """The C core by itself: the loop over samples is in C, and so is the clock."""
-    controller = RealTimeIteration(recording.problem, scheme, backend=backend)
+    controller = RealTimeIteration(recording.problem, scheme, qp=qp or QpOptions(), backend=backend)
     if controller.backend == "reference":
         return python(recording, lambda problem: RealTimeIteration(problem, scheme, backend="reference"))
 
@@ -128,6 +130,7 @@ RUNNERS: dict[str, Callable[[Recording], Runner]] = {
     "rti-python": lambda recording: python(recording, RealTimeIteration),
     "rti-tailored": lambda recording: core(recording, "tailored"),
     "rti-portable": lambda recording: core(recording, "portable"),
+    "rti-condensing": lambda recording: core(recording, qp=QpOptions(solver="condensing")),
     "rti-reference": lambda recording: core(recording, "reference"),
     "nlp": lambda recording: python(recording, DirectNlp),
     "acados": lambda recording: acados(recording, "IRK"),
@@ -138,8 +141,9 @@ RUNNERS: dict[str, Callable[[Recording], Runner]] = {
     "do-mpc": do_mpc,
     "casadi-osqp-wide": lambda recording: casadi(recording, "osqp", compiled=False, rho=10.0),
 }
-"""By name: the default backend (`rti`), the same as called from Python, each backend, IPOPT; acados with its own
-implicit integrators, and with a Newton step that was eliminated by hand; of pip alone, CasADi's SQP method, do-mpc."""
+"""By name: the default backend (`rti`), the same as called from Python, each backend, states condensed, IPOPT; acados
+with its own implicit integrators, and with a Newton step that was eliminated by hand; of pip alone, CasADi's SQP
+method, do-mpc."""
 
 USUAL = ("rti", "rti-python", "rti-portable", "rti-reference", "nlp", "acados", "acados-discrete")
 """Measured if nobody says which."""

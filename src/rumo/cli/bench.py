@@ -20,7 +20,9 @@ HORIZONS = (15, 30, 50, 100, 200)
 def bench(
     horizon: Annotated[int, typer.Option(min=2, help="Sampling intervals.")] = 15,
     steps: Annotated[int, typer.Option(min=100, help="Samples of the recorded drive.")] = 2000,
-    scenario: Annotated[str, typer.Option(help="Which drive: easy (8 m/s) or limit (12 m/s).")] = "easy",
+    scenario: Annotated[
+        str, typer.Option(help="Which drive: easy (8 m/s), limit (12 m/s), or weak (limit, inputs at bounds).")
+    ] = "easy",
     sweep: Annotated[bool, typer.Option("--sweep", help="Horizons 15 to 200 and both drives.")] = False,
     width: Annotated[bool, typer.Option("--width", help="Models of 10 to 160 states instead.")] = False,
     controllers: Annotated[
@@ -37,7 +39,7 @@ def bench(
 ) -> None:
     """Measure how long a step takes. One recorded drive is replayed through every controller."""
     with errors_in_words():
-        from rumo.bench import SCENARIOS
+        from rumo.bench import SCENARIOS, WEAK
         from rumo.bench.report import report
         from rumo.bench.runners import COMPILED, RUNNERS, USUAL, installed
         from rumo.bench.width import FAMILIES, measure_width, width_report
@@ -48,7 +50,7 @@ def bench(
         usual = [] if chosen else [name for name in (COMPILED if sweep else USUAL) if name in works]
         names = usual if controllers is None else words(controllers)
         known_names(names or ["rti"], "--controllers", works)
-        known_names([scenario], "--scenario", SCENARIOS)
+        known_names([scenario], "--scenario", [*SCENARIOS, WEAK])
         names = list(dict.fromkeys(["rti", *names]))
         runs: list[dict[str, Any]] = []
         if width:
