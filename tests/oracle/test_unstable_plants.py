@@ -160,6 +160,12 @@ def test_many_rows_that_give_way_take_long(solver):
     np.testing.assert_allclose(plans[1].u.values, oracle.u.values, atol=RIGHT)
 
 
+def test_soft_limits_are_never_impossible():
+    """The reference may say that it cannot solve them, but no more."""
+    plan = made_with(runaway(20, 15), "reference", rumo.ExplicitEuler()).step([0.5, -0.3], {"x0": -0.3, "x1": 0.3})
+    assert plan.cause is not rumo.Status.SOLVER_FAILED
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("backend", ["reference", "riccati"])
 @pytest.mark.parametrize("limits", LIMITS)
