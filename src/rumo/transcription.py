@@ -121,7 +121,7 @@ class Transcription:
         self.inner_signals, self.inner_nodes = self._inner(inner)
 
         self.terms = self._linearised(phi, w, x, u, given)
-        self.arguments = [end[:nx], x, u, given, ca.vertcat(end[nx:], e)]
+        self.arguments = [end[:nx], x, u, given, ca.vertcat(end[nx:, 0], e)]
         self.imposed = influenced(self.terms, problem.horizon, problem.delay, scheme.substeps)
         self._path = self.constraints.map(problem.horizon)
 

@@ -428,3 +428,15 @@ def test_the_paper_study_comes_out_the_same(monkeypatch):
     applied = [log.applied.values for log in logs]
     assert np.max(np.abs(applied[1] - applied[0]) / np.ptp(applied[0], axis=0)) <= 1e-8
     assert list(logs[0].status.values) == list(logs[1].status.values)
+
+
+@pytest.mark.parametrize("scheme", DISCRETIZATIONS)
+def test_a_single_state(scheme):
+    model = rumo.Model({"x": "1"}, {"u": "1"}, lambda x, u, p: {"x": u.u - x.x**3})
+    problem = rumo.Problem(
+        model, horizon=6, sampling_time=0.1, track={"x": rumo.Weight(1.0)}, moves={"u": rumo.Weight(0.1)}
+    )
+    plans = [made_with(problem, backend, DISCRETIZATIONS[scheme]()).step([1.0], {"x": 0.2}) for backend in BACKENDS]
+    for plan in plans:
+        assert plan.status is rumo.Status.OPTIMAL
+        np.testing.assert_allclose(plan.u.values, plans[0].u.values, atol=1e-10)

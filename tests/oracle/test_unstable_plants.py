@@ -137,6 +137,35 @@ def test_at_limits(backend, limits, plant, horizon, growth):
         assert plan.status is oracle.status
 
 
+RUNAWAY = rumo.Bounds(-0.03, 0.03, rumo.Penalty(1e-3, 1.0))
+"""Of states far beyond it: nearly all of these rows give way, and nearly all inputs are at bounds."""
+
+
+def runaway(horizon, growth):
+    return linear("pair", horizon, growth, delay=1, bounds={"u": (-0.4, 0.4), "x0": RUNAWAY, "x1": RUNAWAY})[0]
+
+
+@pytest.mark.parametrize("solver", ["riccati", "condensing"])
+def test_many_rows_that_give_way_take_long(solver):
+    """A budget that is too small is all that is wrong; one that is not leads to IPOPT's plan."""
+    problem, x, wanted = runaway(100, 5), [0.5, -0.3], {"x0": -0.3, "x1": 0.3}
+    budgets = {"riccati": 1100, "condensing": 700}
+    plans = []
+    for iterations in (budgets[solver], 5000):
+        qp = rumo.QpOptions(max_iterations=iterations, solver=solver)
+        controller = rumo.RealTimeIteration(problem, rumo.ExplicitEuler(), qp=qp, backend="portable")
+        plans.append(controller.step(x, wanted))
+    oracle = converged(problem, rumo.ExplicitEuler(), x, wanted)
+    assert [plan.status for plan in plans] == [rumo.Status.BUDGET_EXCEEDED, oracle.status]
+    np.testing.assert_allclose(plans[1].u.values, oracle.u.values, atol=RIGHT)
+
+
+def test_soft_limits_are_never_impossible():
+    """The reference may say that it cannot solve them, but no more."""
+    plan = made_with(runaway(20, 15), "reference", rumo.ExplicitEuler()).step([0.5, -0.3], {"x0": -0.3, "x1": 0.3})
+    assert plan.cause is not rumo.Status.SOLVER_FAILED
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("backend", ["reference", "riccati"])
 @pytest.mark.parametrize("limits", LIMITS)

@@ -268,10 +268,11 @@ static void mend(qp *q, const obstacle *found) {
     leave(q, found->member, found->at_l1);
 }
 
-/* No solution: multipliers that have gone far off are no start for another. */
+/* No solution, as the rows noted prove; without any, rounding has taken over. Multipliers that have gone far off are no start
+ * for another. */
 RARE static rumo_status give_up(qp *q) {
     clear_members(q);
-    return RUMO_SOLVER_FAILED;
+    return q->conflicts ? RUMO_SOLVER_FAILED : RUMO_ILL_CONDITIONED;
 }
 
 /* Solve from the present working set, whose multipliers are within their ranges. The minimiser is in q->w, and evaluated;

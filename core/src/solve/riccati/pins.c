@@ -14,7 +14,7 @@
 #define PINNINGS 30
 /* From a bound, in units of the range: at it. */
 #define AT_BOUND 1e-6
-/* Iterations, and so many for each input, after which rounding leads in circles, or is about to. */
+/* Iterations, and so many for each row that may hold, after which rounding leads in circles, or is about to. */
 #define ENOUGH 200
 #define ENOUGH_EACH 8
 /* A slope, relative to the largest force, that says on which side of its bound an input belongs. */
@@ -85,7 +85,7 @@ RARE static void unpin(riccati *r) {
 /* Solve with the working set as it is, but not in circles: then ILL_CONDITIONED. `seconds` of the budget are over, and so many
  * `iterations`, which become more. */
 static rumo_status try_solving(riccati *r, const budget *limits, double seconds, int *iterations) {
-    const int most = ENOUGH + ENOUGH_EACH * r->q.n, left = limits->iterations - *iterations;
+    const int most = ENOUGH + ENOUGH_EACH * (r->q.capacity - 1), left = limits->iterations - *iterations;
     const budget own = {left < most ? left : most, limits->tolerance, limits->seconds - seconds};
     const rumo_status status = solve_qp(&r->q, &own);
     *iterations += r->q.iterations;
@@ -122,6 +122,18 @@ RARE static int solve_pinned(riccati *r, const budget *limits, double start, int
     }
     unpin(r);
     return solved;
+}
+
+/* Where the working set has led in circles, or to no solution that can be trusted: with inputs kept at bounds; and if that
+ * fails, afresh, for as long as the budget lasts, since what seems to be a circle may only be long. */
+RARE static rumo_status solve_otherwise(riccati *r, const budget *limits, double start, int *iterations) {
+    if (solve_pinned(r, limits, start, iterations)) return RUMO_OPTIMAL;
+    const budget left = {limits->iterations - *iterations, limits->tolerance, limits->seconds - (seconds_now() - start)};
+    if (left.iterations <= 0 || left.seconds <= 0.0) return RUMO_BUDGET_EXCEEDED;
+    watch_members(&r->q);
+    const rumo_status status = solve_qp(&r->q, &left);
+    *iterations += r->q.iterations;
+    return status;
 }
 
 #endif

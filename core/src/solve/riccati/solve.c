@@ -158,8 +158,7 @@ static rumo_status riccati_solve(void *self, const stage_maps *m, const stage_kn
     const double start = isfinite(limits->seconds) ? seconds_now() : 0.0; /* else it does not matter */
     step->iterations = 0;
     rumo_status status = try_solving(r, limits, 0.0, &step->iterations);
-    if (status > RUMO_BUDGET_EXCEEDED && !q->conflicts && solve_pinned(r, limits, start, &step->iterations))
-        status = RUMO_OPTIMAL;
+    if (status > RUMO_BUDGET_EXCEEDED && !q->conflicts) status = solve_otherwise(r, limits, start, &step->iterations);
     step->conflicts = q->conflicts;
     step->conflict = r->conflict;
     if (q->conflicts) riccati_name_conflicts(r);

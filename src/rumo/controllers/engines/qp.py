@@ -131,7 +131,8 @@ def _attempt(conditions: Conditions, program: SparseProgram, most: int, accuracy
     residual = conditions.residual(point)
     if residual <= KKT_TOLERANCE and step <= STEP_TOLERANCE:
         return Solution(point.q, Status.OPTIMAL, residual)
-    infeasible = outcome == piqp.PIQP_PRIMAL_INFEASIBLE
+    # Without hard rows any input within its bounds is feasible, whatever huge states look like.
+    infeasible = outcome == piqp.PIQP_PRIMAL_INFEASIBLE and bool(np.isinf(program.l1).any())
     return Solution(nothing, Status.SOLVER_FAILED if infeasible else Status.ILL_CONDITIONED, residual)
 
 
