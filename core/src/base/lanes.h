@@ -26,10 +26,8 @@
 #endif
 #if defined(__GNUC__) && !defined(RUMO_TAILORED)
 #define APART __attribute__((noinline))
-#define KERNEL APART
 #else
 #define APART
-#define KERNEL WITHIN /* a loop nest that constant sizes unroll */
 #endif
 
 /* Vectors of the processor's own width, plain numbers where the compiler has none. */

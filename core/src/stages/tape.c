@@ -44,13 +44,17 @@ typedef struct guess_lanes {
     } while (code < end && code[0] == operation);                                                              \
     break
 
+static inline void copy_lanes(double *to, const double *from, int width) {
+    for (int j = 0; j < width; j += LANES) copy(to + j, from + j, LANES);
+}
+
 static inline double sign_of(double a) { return a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a; }
 
 /* The sum of 0 x over all outputs: not 0 where one of them is not finite. */
 static inline double run_chunk(const rumo_tape *tape, const guess_lanes *in, int first, const int width, int lanes,
                                double *restrict registers, double *restrict terms) {
     const int *code = tape->code, *const end = code + 4 * (ptrdiff_t)tape->length;
-    double odd[LANES] = {0.0};
+    double odd[CHUNK] = {0.0};
     while (code < end) {
         int operation;
         switch ((rumo_operation)code[0]) {
@@ -59,14 +63,14 @@ static inline double run_chunk(const rumo_tape *tape, const guess_lanes *in, int
             code += 4;
             break;
         case RUMO_INPUT:
-            copy(registers + (ptrdiff_t)code[1] * CHUNK, in->first[code[2]] + code[3] * in->stride[code[2]] + first, width);
+            copy_lanes(registers + (ptrdiff_t)code[1] * CHUNK, in->first[code[2]] + code[3] * in->stride[code[2]] + first, width);
             code += 4;
             break;
         case RUMO_OUTPUT: {
             const double *const A = registers + (ptrdiff_t)code[2] * CHUNK;
-            copy(terms + (ptrdiff_t)code[1] * lanes + first, A, width);
+            copy_lanes(terms + (ptrdiff_t)code[1] * lanes + first, A, width);
             for (int j = 0; j < width; j += LANES)
-                for (int l = 0; l < LANES; ++l) odd[l] += 0.0 * A[j + l];
+                for (int l = 0; l < LANES; ++l) odd[j + l] += 0.0 * A[j + l];
             code += 4;
             break;
         }
@@ -119,7 +123,7 @@ static inline double run_chunk(const rumo_tape *tape, const guess_lanes *in, int
         case RUMO_OPERATION_COUNT: code = end; break;
         }
     }
-    return sum_of_lanes(odd);
+    return sum_of_lanes(odd) + sum_of_lanes(odd + LANES);
 }
 
 #undef EACH

@@ -6,7 +6,7 @@
 #include "solve/riccati/factorise.c"
 
 /* Samples over which the norms of the whole horizon are refreshed. */
-#define NORM_SAMPLES 16
+#define NORM_SAMPLES 32
 /* A constraint that the inputs' ranges move by less than this share of its scale is not imposed. */
 #define NO_INFLUENCE 1e-10
 

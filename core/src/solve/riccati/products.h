@@ -58,8 +58,9 @@ static WITHIN void product_rows(const double *X, ptrdiff_t x_row, ptrdiff_t x_co
 #endif
 }
 
-/* to (rows, width) = X Y, and what it is added to: X is (rows, count) with entries at x_row and x_column. */
-static KERNEL void product(const double *X, ptrdiff_t x_row, ptrdiff_t x_column, int rows, const double *Y, int ld, int count,
+/* to (rows, width) = X Y, and what it is added to: X is (rows, count) with entries at x_row and x_column. Calls would take a
+ * twelfth of a step where sizes are not constants. */
+static WITHIN void product(const double *X, ptrdiff_t x_row, ptrdiff_t x_column, int rows, const double *Y, int ld, int count,
                            double *to, int width, onto before) {
     for (; rows >= TILE; rows -= TILE) {
         product_rows(X, x_row, x_column, Y, ld, count, to, width, before, TILE);
