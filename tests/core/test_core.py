@@ -40,6 +40,7 @@ def test_in_c_under_sanitizers(program, core_of, headers, tmp_path):
     run_c(compile_test(compiler(), program, core_of("sanitized"), tmp_path / program, *SANITIZERS, f"-I{headers}"))
 
 
+@pytest.mark.slow
 def test_steps_with_hardly_any_room_for_members(core_of, headers, tmp_path):
     run_c(compile_test(compiler(), "test_steps", core_of("roomless"), tmp_path / "test", *SANITIZERS, f"-I{headers}"))
 
