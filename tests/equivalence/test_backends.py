@@ -194,8 +194,9 @@ SCHEMES = {name: scheme() for name, scheme in DISCRETIZATIONS.items()} | {
     "2 gauss2": rumo.Gauss2(substeps=2),
     "40 rk4": rumo.Rk4(substeps=40),
 }
-# A tailored core takes seconds to build: one scheme of each kind (one stage, two steps, coupled stages, substeps).
-RARELY_BUILT = ("heat_rod", "tubular_reactor", "mass_chain")  # as gas_pipeline, which has algebraic variables besides
+# A tailored core takes seconds to build: one scheme of each kind (one stage, two steps, coupled stages, substeps),
+# and of the wide models the one that has algebraic variables.
+RARELY_BUILT = ("heat_rod", "tubular_reactor", "mass_chain")
 BUILT = ("implicit-euler", "bdf2", "radau3", "40 rk4")
 NOT_STIFF = ("cart_pendulum", "van_de_vusse_reactor")
 SCHEMES_OF_MODELS = [
