@@ -18,11 +18,10 @@
 /* The second, where L is not kept and pivots come from differences. */
 #define NO_SHARE 1e-10
 
-/* Factor the rows before a position where L is not kept; returns the least pivot as a share of 1. */
-static double condition_members(qp *q, int members) {
-    int weakest;
+/* Factor the rows before a position where L is not kept; returns the least pivot as a share of 1, and whose it is. */
+static double condition_members(qp *q, int members, int *weakest) {
     q->stale = 0;
-    return q->space->condition(q, members, &weakest);
+    return q->space->condition(q, members, weakest);
 }
 
 /* Solve L x = x for the rows before a position, where x begins with some zeros. What earlier blocks contribute need not
@@ -60,7 +59,8 @@ static void solve_upper(const qp *q, int count, double *restrict x) {
 /* Solve L D L' x = x for the rows before a position. */
 static void solve_members(qp *q, int zeros, int count, double *restrict x) {
     if (!q->kept) {
-        if (q->stale) (void)condition_members(q, count);
+        int weakest;
+        if (q->stale) (void)condition_members(q, count, &weakest);
         q->space->solve(q, count, x);
         return;
     }
@@ -126,12 +126,13 @@ RARE static double careful_pivot(qp *q, int position) {
 RARELY static int extend_conditioned(qp *q, int position) {
     const double whole = q->square[q->member[position]] + compliance(q, q->member[position]);
     const int full = position == q->capacity - 1;
-    if (!full && condition_members(q, position + 1) > SMALL_PIVOT) return 1;
-    (void)condition_members(q, position);
+    int weakest;
+    if (!full && condition_members(q, position + 1, &weakest) > SMALL_PIVOT) return 1;
+    (void)condition_members(q, position, &weakest);
     q->D[position] = careful_pivot(q, position);
     q->delicate = 1;
     if (full || !(q->D[position] > NO_SHARE * whole)) return 0;
-    (void)condition_members(q, position + 1);
+    (void)condition_members(q, position + 1, &weakest);
     return 1;
 }
 

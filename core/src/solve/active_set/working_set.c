@@ -93,9 +93,8 @@ static void release(qp *q, int position, double multiplier) {
  * those of the rows before it. */
 static int next_dependent(qp *q, int position) {
     if (!q->kept) {
-        int weakest = -1;
-        q->stale = 0;
-        return q->space->condition(q, q->count, &weakest) > NO_SHARE ? -1 : weakest;
+        int weakest;
+        return condition_members(q, q->count, &weakest) > NO_SHARE ? -1 : weakest;
     }
     while (position < q->count && extend(q, position)) ++position;
     return position < q->count ? position : -1;

@@ -191,24 +191,33 @@ static void back_link(const riccati *r, const dims *s, const layout *p, int k, d
     copy(c->now, c->next, c->ld);
 }
 
+/* Along the chain: from w, x = M w; without it, x becomes L^-1 x. */
+static void go_forward(riccati *r, const double *w, double *restrict x) {
+    const dims s = dims_of(&r->problem->sizes);
+    const layout p = layout_of(&s);
+    chain *c = &r->chain;
+    zero(c->now, c->ld);
+    for (int k = s.d; k < s.N; ++k) {
+        forward_link(r, &s, &p, k, w);
+        for (int row = k; row < r->q.rows; row += s.lanes) {
+            const int position = c->position[row];
+            if (position < 0) continue;
+            const stage_limit of = limited_by(r, row);
+            const double value = limited_value(r, &p, &of, c->next);
+            x[position] = w ? value : x[position] - value;
+            if (!w) axpy(c->next, x[position], c->gain + (ptrdiff_t)row * c->ld, c->ld);
+        }
+        copy(c->now, c->next, c->ld);
+    }
+}
+
 static void chain_solve(qp *q, int members, double *restrict x) {
     riccati *const r = (riccati *)q;
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
     chain *c = &r->chain;
     place_members(r, members);
-    zero(c->now, c->ld);
-    for (int k = s.d; k < s.N; ++k) {
-        forward_link(r, &s, &p, k, NULL);
-        for (int row = k; row < q->rows; row += s.lanes) {
-            const int position = c->position[row];
-            if (position < 0) continue;
-            const stage_limit of = limited_by(r, row);
-            x[position] -= limited_value(r, &p, &of, c->next);
-            axpy(c->next, x[position], c->gain + (ptrdiff_t)row * c->ld, c->ld);
-        }
-        copy(c->now, c->next, c->ld);
-    }
+    go_forward(r, NULL, x);
     zero(c->now, c->ld);
     for (int k = s.N - 1; k >= s.d; --k) {
         for (int row = q->rows - s.lanes + k; row >= 0; row -= s.lanes) {
@@ -246,20 +255,9 @@ static void chain_project(qp *q, const double *restrict w, int members, double *
     riccati *const r = (riccati *)q;
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
-    chain *c = &r->chain;
     lay_chain(r, &s, &p);
     place_members(r, members);
-    zero(c->now, c->ld);
-    for (int k = s.d; k < s.N; ++k) {
-        forward_link(r, &s, &p, k, w);
-        for (int row = k; row < q->rows; row += s.lanes) {
-            const int position = c->position[row];
-            if (position < 0) continue;
-            const stage_limit of = limited_by(r, row);
-            components[position] = limited_value(r, &p, &of, c->next);
-        }
-        copy(c->now, c->next, c->ld);
-    }
+    go_forward(r, w, components);
 }
 
 #endif
