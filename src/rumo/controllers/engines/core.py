@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import asdict
 from threading import RLock
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +17,9 @@ from rumo.plan import Plan, PlanLayout
 from rumo.signals import Array, Values
 from rumo.status import STATUSES, Status
 from rumo.transcription import Transcription
+
+NOT_ARRAYS = (BufferError, TypeError, ValueError)
+"""What the core raises for a state or reference that it cannot read as it is."""
 
 
 class CoreEngine:
@@ -89,14 +91,23 @@ class CoreEngine:
 
     def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
         """See `Engine.feedback`. Fastest for arrays: x (nx,) and reference (N + 1, ny), contiguous, of floats."""
-        plan = self._run(self._core.feedback, x, reference)
-        if plan is None:
+        numbers = np.empty(self._size)
+        try:
+            outcome = self._core.feedback(x, reference, numbers)
+        except NOT_ARRAYS:
+            outcome = self._core.feedback(*self._arrays(x, reference), numbers)
+        if outcome is None:
             raise CallOrderError("feedback() needs a preparation: call prepare() first, or step() for both.")
-        return plan
+        return Plan(numbers, outcome)
 
     def step(self, x: Values, reference: ReferenceWindow) -> Plan:
         """See `Engine.step`."""
-        return self._run(self._core.step, x, reference)
+        numbers = np.empty(self._size)
+        try:
+            outcome = self._core.step(x, reference, numbers)
+        except NOT_ARRAYS:
+            outcome = self._core.step(*self._arrays(x, reference), numbers)
+        return Plan(numbers, outcome)
 
     def replay(self, x: Array, reference: Array, applied: Array) -> Array:
         """See `RealTimeIteration.replay`."""
@@ -105,12 +116,8 @@ class CoreEngine:
         self._core.replay(data[0], data[1], data[2], times, len(times))
         return times
 
-    def _run(self, function: Any, x: Values, reference: ReferenceWindow) -> Any:
-        numbers = np.empty(self._size)
-        try:
-            outcome = function(x, reference, numbers)
-        except (BufferError, TypeError, ValueError):
-            measurement = self._problem.model.states.vector(x, "x")
-            wanted = tracked(self._problem, reference_window(self._problem, reference))
-            outcome = function(measurement, np.ascontiguousarray(wanted), numbers)
-        return None if outcome is None else Plan(numbers, outcome)
+    def _arrays(self, x: Values, reference: ReferenceWindow) -> tuple[Array, Array]:
+        """What the core reads: (nx,), (N + 1, ny)."""
+        measurement = self._problem.model.states.vector(x, "x")
+        wanted = tracked(self._problem, reference_window(self._problem, reference))
+        return measurement, np.ascontiguousarray(wanted)
