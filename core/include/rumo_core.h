@@ -93,7 +93,7 @@ typedef enum rumo_diagnostic {
     RUMO_INTEGRATOR_RESIDUAL, /* Newton correction of the guess onto the dynamics, over the reach of the inputs */
     RUMO_STEP,                /* largest change of a free input, over its range */
     RUMO_CONTRACTION,         /* step over that of the iteration before */
-    RUMO_KKT_RESIDUAL,        /* largest slope of the Lagrangian at the guess, over the inputs' ranges */
+    RUMO_KKT_RESIDUAL,        /* what the plan lacks of solving its QP, stage by stage and without units */
     RUMO_DIAGNOSTIC_COUNT
 } rumo_diagnostic;
 
@@ -152,7 +152,6 @@ typedef struct rumo_guard_state {
     const double *u, *x, *inner;                /* the plan: (N, nu), (N + 1, nx), (N, unknowns of an interval) */
     const double *next_u, *next_x, *next_inner; /* the same one sample later; NULL without a plan */
 } rumo_guard_state;
-
 
 typedef struct rumo_qp_data {
     int variables, rows;
