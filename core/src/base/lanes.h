@@ -49,6 +49,13 @@ typedef double vec;
 #define UNROLL
 #endif
 
+/* Where that takes sizes that are constants. */
+#ifdef RUMO_TAILORED
+#define UNROLL_TAILORED UNROLL
+#else
+#define UNROLL_TAILORED
+#endif
+
 static WITHIN vec load(const double *from) { return *(const vec *)from; }
 
 static WITHIN void store(double *to, vec a) { *(vec *)to = a; }
@@ -151,6 +158,11 @@ static inline double largest_size(const double *x, int length) {
         for (int l = 0; l < LANES; ++l) s[l] = fabs(x[j + l]) > s[l] ? fabs(x[j + l]) : s[l];
     for (int l = 0; l < LANES; ++l) largest = s[l] > largest ? s[l] : largest;
     return largest;
+}
+
+/* y += |x|. */
+static inline void add_sizes(double *restrict y, const double *restrict x, int length) {
+    for (int j = 0; j < length; ++j) y[j] += fabs(x[j]);
 }
 
 static inline void zero(double *x, int length) { memset(x, 0, (size_t)length * sizeof *x); }
