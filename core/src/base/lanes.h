@@ -44,9 +44,11 @@
 typedef double vec __attribute__((vector_size(VEC * 8), may_alias));
 typedef double half_vec __attribute__((vector_size(VEC * 4), may_alias));
 #define UNROLL _Pragma("GCC unroll 16")
+#define UNROLL_TWO _Pragma("GCC unroll 2")
 #else
 typedef double vec;
 #define UNROLL
+#define UNROLL_TWO
 #endif
 
 /* Where that takes sizes that are constants. */

@@ -30,7 +30,7 @@ static const onto nothing_else = {0, NULL, NULL}, what_is_there = {1, NULL, NULL
                 else if (before.from)                                                                                       \
                     sum[i][j] = *(const type *)(before.from + at) * *(const type *)(before.mask + column + j * lanes);      \
             }                                                                                                               \
-        for (int r = 0; r < count; ++r) {                                                                                   \
+        UNROLL_TWO for (int r = 0; r < count; ++r) {                                                                        \
             type y[tile_vecs];                                                                                              \
             UNROLL for (int j = 0; j < vecs; ++j) y[j] = *(const type *)(Y + (ptrdiff_t)r * ld + column + j * lanes);       \
             UNROLL for (int i = 0; i < rows; ++i) {                                                                         \
