@@ -44,9 +44,18 @@
 typedef double vec __attribute__((vector_size(VEC * 8), may_alias));
 typedef double half_vec __attribute__((vector_size(VEC * 4), may_alias));
 #define UNROLL _Pragma("GCC unroll 16")
+#define UNROLL_TWO _Pragma("GCC unroll 2")
 #else
 typedef double vec;
 #define UNROLL
+#define UNROLL_TWO
+#endif
+
+/* Where that takes sizes that are constants. */
+#ifdef RUMO_TAILORED
+#define UNROLL_TAILORED UNROLL
+#else
+#define UNROLL_TAILORED
 #endif
 
 static WITHIN vec load(const double *from) { return *(const vec *)from; }
@@ -151,6 +160,11 @@ static inline double largest_size(const double *x, int length) {
         for (int l = 0; l < LANES; ++l) s[l] = fabs(x[j + l]) > s[l] ? fabs(x[j + l]) : s[l];
     for (int l = 0; l < LANES; ++l) largest = s[l] > largest ? s[l] : largest;
     return largest;
+}
+
+/* y += |x|. */
+static inline void add_sizes(double *restrict y, const double *restrict x, int length) {
+    for (int j = 0; j < length; ++j) y[j] += fabs(x[j]);
 }
 
 static inline void zero(double *x, int length) { memset(x, 0, (size_t)length * sizeof *x); }

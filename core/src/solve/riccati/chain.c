@@ -43,7 +43,7 @@ static void lay_link(riccati *r, const dims *s, const layout *p, int k) {
     const double *restrict gains = r->gains + (ptrdiff_t)k * s->nu * p->ld, *restrict roots = r->roots + (ptrdiff_t)k * s->nu * s->nu;
     const double *restrict fresh = columns_of_stage(r, p, k) + p->moving * p->ld;
     const int begin = begins(s, &r->problem->blocking, k);
-    close_loop(r, s, p, k);
+    close_loop(r, k);
     for (int i = 0; i < p->zeta; ++i) {
         copy(loop + i * c->ld, r->closed + i * p->ld, p->zeta);
         for (int j = 0; j < s->nu; ++j)

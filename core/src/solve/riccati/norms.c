@@ -11,11 +11,11 @@
 #define NO_INFLUENCE 1e-10
 
 /* The covariance one stage on. */
-static void advance_covariance(riccati *r, const dims *s, const layout *p, int k) {
+static WITHIN void advance_covariance(riccati *r, const dims *s, const layout *p, int k) {
     const double *restrict columns = columns_of_stage(r, p, k), *restrict fresh = columns + p->moving * p->ld;
     double *restrict closed = r->closed, *restrict half = r->half;
     const int begin = begins(s, &r->problem->blocking, k);
-    close_loop(r, s, p, k);
+    close_loop(r, k);
     /* C S C' with the columns of C */
     product(r->covariance, p->ld, 1, p->zeta, closed, p->ld, p->zeta, half, in_fours(p->zeta), nothing_else);
     product(closed, 1, p->ld, p->zeta, half, p->ld, p->zeta, r->covariance, in_fours(p->zeta), nothing_else);

@@ -129,18 +129,23 @@ static void riccati_reach(void *self, int stages, double *restrict reach) {
     riccati *const r = (riccati *)self;
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
-    double *rows = r->reach_rows, *next = r->reach_next;
-    zero(rows, s.nx * p.ld);
-    zero(reach, s.nx);
-    for (int i = 0; i < s.nx; ++i) rows[i * p.ld + i] = 1.0;
+    const int from = p.B / 4 * 4, width = in_fours(p.c);
+    const double *rows = rows_of_stage(r, &p, stages - 1);
+    double *restrict sum = r->half;
+    zero(sum, s.nx * p.ld);
     for (int k = stages - 1; k >= s.d; --k) {
-        product(rows, p.ld, 1, s.nx, rows_of_stage(r, &p, k), p.ld, p.rows, next, in_fours(p.c), nothing_else);
-        if (begins(&s, &r->problem->blocking, k))
-            for (int i = 0; i < s.nx; ++i)
-                for (int j = 0; j < s.nu; ++j) reach[i] += fabs(next[i * p.ld + p.B + j]);
-        double *const done = rows;
-        rows = next;
-        next = done;
+        double *next = k % 2 ? r->reach_rows : r->reach_next;
+        if (k < stages - 1) {
+            product(rows, p.ld, 1, s.nx, rows_of_stage(r, &p, k), p.ld, p.rows, next, width, nothing_else);
+            rows = next;
+        }
+        /* By inputs and, as vectors are wider, by their neighbours. */
+        for (int i = 0; i < s.nx && begins(&s, &r->problem->blocking, k); ++i)
+            add_sizes(sum + i * p.ld + from, rows + i * p.ld + from, width - from);
+    }
+    for (int i = 0; i < s.nx; ++i) {
+        reach[i] = 0.0;
+        for (int j = 0; j < s.nu; ++j) reach[i] += sum[i * p.ld + p.B + j];
     }
 }
 

@@ -21,7 +21,7 @@ static const onto nothing_else = {0, NULL, NULL}, what_is_there = {1, NULL, NULL
     static WITHIN void name(const double *X, ptrdiff_t x_row, ptrdiff_t x_column, const double *Y, int ld, int count,       \
                             double *to, onto before, int column, const int rows, const int vecs) {                         \
         const type nothing = {0.0};                                                                                         \
-        type sum[TILE][tile_vecs];                                                                                          \
+        type sum[TILE + 1][tile_vecs];                                                                                      \
         UNROLL for (int i = 0; i < rows; ++i)                                                                               \
             UNROLL for (int j = 0; j < vecs; ++j) {                                                                         \
                 const ptrdiff_t at = (ptrdiff_t)i * ld + column + j * lanes;                                                \
@@ -30,7 +30,7 @@ static const onto nothing_else = {0, NULL, NULL}, what_is_there = {1, NULL, NULL
                 else if (before.from)                                                                                       \
                     sum[i][j] = *(const type *)(before.from + at) * *(const type *)(before.mask + column + j * lanes);      \
             }                                                                                                               \
-        for (int r = 0; r < count; ++r) {                                                                                   \
+        UNROLL_TWO for (int r = 0; r < count; ++r) {                                                                        \
             type y[tile_vecs];                                                                                              \
             UNROLL for (int j = 0; j < vecs; ++j) y[j] = *(const type *)(Y + (ptrdiff_t)r * ld + column + j * lanes);       \
             UNROLL for (int i = 0; i < rows; ++i) {                                                                         \
@@ -62,12 +62,14 @@ static WITHIN void product_rows(const double *X, ptrdiff_t x_row, ptrdiff_t x_co
  * twelfth of a step where sizes are not constants. */
 static WITHIN void product(const double *X, ptrdiff_t x_row, ptrdiff_t x_column, int rows, const double *Y, int ld, int count,
                            double *to, int width, onto before) {
-    for (; rows >= TILE; rows -= TILE) {
+    for (; rows > TILE + 1 || rows == TILE; rows -= TILE) {
         product_rows(X, x_row, x_column, Y, ld, count, to, width, before, TILE);
         X += TILE * x_row;
         to += (ptrdiff_t)TILE * ld;
         if (before.from) before.from += (ptrdiff_t)TILE * ld;
     }
+    /* A row by itself would wait for its own sums. */
+    if (rows == TILE + 1) product_rows(X, x_row, x_column, Y, ld, count, to, width, before, TILE + 1);
     if (rows == 3) product_rows(X, x_row, x_column, Y, ld, count, to, width, before, 3);
     if (rows == 2) product_rows(X, x_row, x_column, Y, ld, count, to, width, before, 2);
     if (rows == 1) product_rows(X, x_row, x_column, Y, ld, count, to, width, before, 1);
@@ -76,10 +78,9 @@ static WITHIN void product(const double *X, ptrdiff_t x_row, ptrdiff_t x_column,
 /* The same for a symmetric result, from its row `first` on: of each four rows only the columns up to their own four. */
 static WITHIN void product_lower(const double *X, ptrdiff_t x_row, ptrdiff_t x_column, int first, int rows, const double *Y,
                                  int ld, int count, double *to, onto before) {
-    for (int i = 0; i < rows;) {
-        const int width = in_fours(first + i + 1), left = width - first - i, some = left < rows - i ? left : rows - i;
-        product(X + i * x_row, x_row, x_column, some, Y, ld, count, to + (ptrdiff_t)i * ld, width, before);
-        i += some;
+    UNROLL_TAILORED for (int width = in_fours(first + 1); width < first + rows + 4; width += 4) {
+        const int begin = width - 4 > first ? width - 4 - first : 0, end = width - first < rows ? width - first : rows;
+        product(X + begin * x_row, x_row, x_column, end - begin, Y, ld, count, to + (ptrdiff_t)begin * ld, width, before);
     }
 }
 
