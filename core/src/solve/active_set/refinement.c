@@ -9,12 +9,14 @@
 #define ACCEPTABLE 1e-6
 /* Of a Hessian whose variables leave each other less than this share of their curvature, no residual shows how far off v is. */
 #define SHARP 1e-6
-/* A step of refinement that a solution may be off by, in units of v. */
+/* A step of refinement that a solution may be off by, in units of v, and one that needs none. */
 #define TRUSTED 1e-7
+#define NEAR 1e-8
 /* A distance in units of v that no rounding explains, after refinement. */
 #define DISTINCT 1e-8
 
-/* One Newton step on the optimality conditions of the working set, if they are not met; returns their largest residual. */
+/* One Newton step on the optimality conditions of the working set, if they are not met: by their size, or because little moves
+ * variables far. Returns their largest residual. */
 static double refine(qp *q) {
     double *restrict step = q->shift, *restrict off = q->trial;
     const double slope = q->space->slope(q, step);
@@ -28,7 +30,8 @@ static double refine(qp *q) {
     }
     const double largest = larger(slope, beside);
     q->last_step = 0.0;
-    if (!(largest > q->fine) || !isfinite(largest)) return largest;
+    const int far = !(q->stretch * largest_size(step, q->ld) <= NEAR);
+    if (!(largest > q->fine || far) || !isfinite(largest)) return largest;
 
     /* [H A'; A -E] (dv, dmu) = -(slope, off), in the coordinates of w */
     for (int j = 0; j < q->ld; ++j) step[j] = -step[j];
@@ -49,16 +52,19 @@ static double refine(qp *q) {
     return larger(slope, smaller(beside, q->last_step + left));
 }
 
-/* What is left of curvatures, see factorise.c, says from when on residuals have to be refined. */
-static inline void set_fine(qp *q, double share) { q->fine = share < SHARP ? 0.0 : FINE; }
+/* What is left of curvatures and how far they let variables move, see factorise.c, say when residuals have to be refined. */
+static inline void set_fine(qp *q, double share, double stretch) {
+    q->fine = share < SHARP ? 0.0 : FINE;
+    q->stretch = stretch;
+}
 
 /* Refine until there is nothing left to gain. */
 static void polish(qp *q) {
     q->kkt_residual = refine(q);
-    for (int i = 0; i < 20 && q->kkt_residual > q->fine; ++i) {
-        const double before = q->kkt_residual;
+    for (int i = 0; i < 20 && q->last_step > 0.0; ++i) {
+        const double residual = q->kkt_residual, step = q->last_step;
         q->kkt_residual = refine(q);
-        if (!(q->kkt_residual < 0.9 * before)) break;
+        if (!(q->kkt_residual < 0.9 * residual || q->last_step < 0.5 * step)) break;
     }
 }
 
@@ -74,11 +80,11 @@ static int astray(const qp *q, int *at_l1) {
         const double below = state == AT_UPPER ? -q->mu[i] : state == GIVING ? q->l1[row] - q->mu[i] : -INFINITY;
         const double above = state == AT_UPPER ? q->mu[i] - q->l1[row] : state == AT_LOWER ? q->mu[i] : -INFINITY;
         /* A row that gives way shows in its value what its multiplier may hide. */
-        const int inside = state == GIVING && (q->upper[row] - q->value[row]) * q->weight[row] > DISTINCT;
-        const double beyond = larger(below, above), excess = pull(q, i, larger(beyond, 0.0));
+        const double inside = state == GIVING ? (q->upper[row] - q->value[row]) * q->weight[row] : 0.0;
+        const double beyond = larger(below, above), excess = larger(inside, pull(q, i, larger(beyond, 0.0)));
         const double end = state == GIVING || (state == AT_UPPER && above > below) ? q->l1[row] : 0.0;
         const double own = larger(fabs(q->mu[i]), end);
-        if (!(excess > worst && (inside || (beyond > 1e-9 * own && excess > DISTINCT)))) continue;
+        if (!(excess > larger(worst, DISTINCT) && (inside > DISTINCT || beyond > 1e-9 * own))) continue;
         worst = excess;
         found = i;
         *at_l1 = state == GIVING || (state == AT_UPPER && above > below);

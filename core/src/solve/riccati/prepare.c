@@ -39,7 +39,7 @@ RARE static void riccati_lay_out(arena *a, void *self, const rumo_problem *own, 
     r->scaled = alloc_doubles(a, (1 + s.rows * s.nu) * lanes);
     r->laid = (laid_entries *)alloc(a, (size_t)most_laid(&s, &p) * sizeof *r->laid);
     r->gains = alloc_doubles(a, (ptrdiff_t)s.N * s.nu * p.ld);
-    r->roots = alloc_doubles(a, (ptrdiff_t)s.N * s.nu * s.nu);
+    r->roots = alloc_doubles(a, padded(s.N * s.nu * s.nu));
     r->kept = alloc_doubles(a, p.ld);
     r->of_v = alloc_doubles(a, p.ld);
     r->unit = alloc_doubles(a, s.nu * p.ld);
@@ -164,7 +164,7 @@ OUTSIDE static int riccati_prepare(void *self, const stage_maps *m, int shift) {
     mix_node_rows(&s, m, &m->E, r->problem->numbers.input_scales, &r->constraints);
     lay_stages(r, m);
     if (!factorise_stages(r)) return 0;
-    set_fine(&r->q, 1.0);
+    set_fine(&r->q, 1.0, largest_size(r->roots, padded(s.N * s.nu * s.nu)));
     refresh_norms(r, r->norms_at < 0 ? s.N - s.d : (s.N - s.d + NORM_SAMPLES - 1) / NORM_SAMPLES);
     r->shift = shift && unblocked(&s) && r->problem->shift.same_rows;
     renew_members(&r->q, riccati_becomes);
