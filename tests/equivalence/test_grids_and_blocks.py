@@ -75,7 +75,7 @@ def test_portable_equals_reference(case, scheme):
 
 def test_ramps_along_a_limit():
     """At all of its intervals, so that more limits hold than there are inputs to move."""
-    problem, x, wanted = of_rod(100, 0, None, blocks=rumo.IncrementBlocks([4] * 25))
+    problem, x, wanted = of_rod(100, 0, None, blocks=rumo.IncrementBlocks([4, 4, 5, 5, 2] * 5))
     controllers = [made_with(problem, backend) for backend in BACKENDS]
     for first, *others in drive(controllers, problem, x, wanted, samples=4):
         assert first.status.solved
