@@ -11,21 +11,32 @@ from rumo.controllers.engines.described import core_problem
 from rumo.kernel.elimination import Equations
 from rumo.registry import DISCRETIZATIONS, MODELS
 from rumo.studies import PaperStudy
+from rumo.studies.paper import PATH, paper_weights
 from rumo.textbook import gas_pipeline, heat_rod, mass_chain, tubular_reactor
 from rumo.transcription import Transcription
-from rumo.vehicles import PAPER_CAR, four_wheel
+from rumo.vehicles import PAPER_CAR, dynamic_bicycle, four_wheel, friction_circles
 
 PENALTY = rumo.Penalty(2.0, 1.0)
 PENALTIES = {"soft": PENALTY, "l1": rumo.Penalty(0.5), "hard": None}
 
 
-def of_bicycle(horizon, delay, penalty):
+def of_bicycle(horizon, delay, penalty, **changes):
     _, x, _ = car()
-    study = PaperStudy(horizon=horizon, delay=delay, penalty=penalty)
-    return study.problem(), x, {"p_x": 0.0, "p_y": 0.3, "psi": 0.1, "v_x": 8.3}
+    problem = rumo.Problem(
+        dynamic_bicycle(PAPER_CAR),
+        horizon=horizon,
+        sampling_time=0.04,
+        delay=delay,
+        track=paper_weights(PATH),
+        moves={"torque": rumo.Weight(5.0, range=600.0), "steering_rate": rumo.Weight(5.0, range=3.0)},
+        bounds={"torque": (-300.0, 300.0), "steering_rate": (-1.5, 1.5), "delta": (-np.pi / 4.0, np.pi / 4.0)},
+        constraints=friction_circles(PAPER_CAR, penalty),
+        **changes,
+    )
+    return problem, x, {"p_x": 0.0, "p_y": 0.3, "psi": 0.1, "v_x": 8.3}
 
 
-def of_four_wheel(horizon, delay, penalty):
+def of_four_wheel(horizon, delay, penalty, **changes):
     model = four_wheel(PAPER_CAR)
     problem = rumo.Problem(
         model,
@@ -41,12 +52,13 @@ def of_four_wheel(horizon, delay, penalty):
             "steering_rate": (-1.5, 1.5),
             "delta": rumo.Bounds(-0.002, 0.002, penalty),
         },
+        **changes,
     )
     start = {"p_y": 0.05, "v_x": 8.0} | {name: 8.0 / PAPER_CAR.r for name in model.states if name[0] == "w"}
     return problem, [start.get(name, 0.0) for name in model.states], {"p_y": 0.0, "psi": 0.0, "v_x": 8.1}
 
 
-def of_pendulum(horizon, delay, penalty):
+def of_pendulum(horizon, delay, penalty, **changes):
     problem = rumo.Problem(
         MODELS["cart_pendulum"](),
         horizon=horizon,
@@ -56,11 +68,12 @@ def of_pendulum(horizon, delay, penalty):
         moves={"force": rumo.Weight(0.1, range=20.0)},
         bounds={"force": (-6.0, 6.0), "speed": rumo.Bounds(-1.2, 1.2, penalty)},
         move_bounds={"force": (-3.0, 3.0)},
+        **changes,
     )
     return problem, [0.2, 0.0, 0.05, 0.0], {"position": 0.0, "angle": 0.0}
 
 
-def of_robertson(horizon, delay, penalty):
+def of_robertson(horizon, delay, penalty, **changes):
     problem = rumo.Problem(
         MODELS["robertson_reactor"](),
         horizon=horizon,
@@ -69,11 +82,12 @@ def of_robertson(horizon, delay, penalty):
         track={"a": rumo.Weight(1.0, range=0.5)},
         moves={"dilution": rumo.Weight(0.01, range=0.1)},
         bounds={"dilution": (0.0, 0.05), "c": rumo.Bounds(upper=0.3, penalty=penalty)},
+        **changes,
     )
     return problem, [0.8, 2.6e-5, 0.2], {"a": 0.84}
 
 
-def of_robertson_dae(horizon, delay, penalty):
+def of_robertson_dae(horizon, delay, penalty, **changes):
     problem = rumo.Problem(
         MODELS["robertson_dae"](),
         horizon=horizon,
@@ -82,11 +96,12 @@ def of_robertson_dae(horizon, delay, penalty):
         track={"c": rumo.Weight(1.0, range=0.5), "b": rumo.Weight(0.1, range=1e-5)},
         moves={"dilution": rumo.Weight(0.01, range=0.1)},
         bounds={"dilution": (0.0, 0.05), "c": rumo.Bounds(upper=0.17, penalty=penalty)},
+        **changes,
     )
     return problem, [0.8, 2.6e-5], {"c": 0.16, "b": 2e-5}
 
 
-def of_van_de_vusse(horizon, delay, penalty):
+def of_van_de_vusse(horizon, delay, penalty, **changes):
     problem = rumo.Problem(
         MODELS["van_de_vusse_reactor"](),
         horizon=horizon,
@@ -100,11 +115,12 @@ def of_van_de_vusse(horizon, delay, penalty):
             "temperature": rumo.Bounds(upper=115.5, penalty=penalty),
         },
         safe_input={"flow": 14.19, "cooling": -1113.5},
+        **changes,
     )
     return problem, [2.14, 1.09, 114.2, 112.9], {"c_b": 1.11}
 
 
-def of_van_der_pol(horizon, delay, penalty):
+def of_van_der_pol(horizon, delay, penalty, **changes):
     problem = rumo.Problem(
         MODELS["van_der_pol"](),
         horizon=horizon,
@@ -113,6 +129,7 @@ def of_van_der_pol(horizon, delay, penalty):
         track={"position": rumo.Weight(1.0)},
         moves={"force": rumo.Weight(0.1)},
         bounds={"force": (-1.0, 1.0), "position": rumo.Bounds(lower=1.45, penalty=penalty)},
+        **changes,
     )
     return problem, [1.6, -1.02], {"position": 1.5}
 
@@ -132,7 +149,7 @@ def of_rod(horizon, delay, penalty, cells=8, **changes):
     return problem, [20.0] * cells, {middle: 60.0}
 
 
-def of_tube(horizon, delay, penalty, cells=5):
+def of_tube(horizon, delay, penalty, cells=5, **changes):
     place = np.linspace(0.0, 1.0, cells)
     problem = rumo.Problem(
         tubular_reactor(cells),
@@ -143,11 +160,12 @@ def of_tube(horizon, delay, penalty, cells=5):
         moves={"jacket": rumo.Weight(0.1, range=20.0)},
         bounds={"jacket": (57.0, 77.0), "t_3": rumo.Bounds(upper=89.0, penalty=penalty)},
         safe_input={"jacket": 67.0},
+        **changes,
     )
     return problem, np.r_[4600.0 - 1000.0 * place, 72.0 + 12.0 * place], {f"c_{cells}": 3400.0}
 
 
-def of_chain(horizon, delay, penalty, masses=12):
+def of_chain(horizon, delay, penalty, masses=12, **changes):
     problem = rumo.Problem(
         mass_chain(masses),
         horizon=horizon,
@@ -156,11 +174,12 @@ def of_chain(horizon, delay, penalty, masses=12):
         track={"x_1": rumo.Weight(1.0), f"x_{masses}": rumo.Weight(1.0)},
         moves={"force": rumo.Weight(0.1)},
         bounds={"force": (-0.5, 0.5), "x_2": rumo.Bounds(-1.0, 0.32, penalty)},
+        **changes,
     )
     return problem, [0.3] * masses + [0.0] * masses, {"x_1": 0.0, f"x_{masses}": 0.0}
 
 
-def of_pipeline(horizon, delay, penalty, sections=6):
+def of_pipeline(horizon, delay, penalty, sections=6, **changes):
     problem = rumo.Problem(
         gas_pipeline(sections),
         horizon=horizon,
@@ -170,6 +189,7 @@ def of_pipeline(horizon, delay, penalty, sections=6):
         moves={"supply": rumo.Weight(0.1, range=50.0)},
         bounds={"supply": (0.0, 100.0), "p_1": rumo.Bounds(upper=64.0, penalty=penalty)},
         safe_input={"supply": 60.0},
+        **changes,
     )
     return problem, np.linspace(61.0, 51.0, sections), {f"q_{sections}": 70.0}
 
@@ -225,16 +245,20 @@ def drive(controllers, problem, x, reference, samples=6):
             controller.applied = controllers[0].applied
 
 
+NOTHING = 1e-6
+"""Of a state, in its unit: what stays below it is the rounding of larger ones."""
+
+
 def assert_same(problem, first, second, tolerance):
     assert second.status is first.status
     assert second.cause is first.cause
     scale = problem.input_scales
     np.testing.assert_allclose(second.u.values / scale, first.u.values / scale, rtol=0.0, atol=tolerance)
-    size = np.abs(first.x.values).max(axis=0) + 1e-300
+    size = np.abs(first.x.values).max(axis=0) + NOTHING
     np.testing.assert_allclose(second.x.values / size, first.x.values / size, rtol=0.0, atol=tolerance)
-    amount = problem.constraint_scales
+    amount = problem.constraint_scales + np.abs(first.slacks.values).max(axis=0)
     np.testing.assert_allclose(second.slacks.values / amount, first.slacks.values / amount, rtol=0.0, atol=tolerance)
-    size = np.abs(first.z.values).max(axis=0) + 1e-300
+    size = np.abs(first.z.values).max(axis=0) + NOTHING
     np.testing.assert_allclose(second.z.values / size, first.z.values / size, rtol=0.0, atol=tolerance)
 
 
@@ -262,15 +286,6 @@ def compare(case, horizon, delay, penalty, backends, tolerance, scheme=None):
 @pytest.mark.parametrize("name", CASES)
 def test_portable_equals_reference(name, horizon, delay, penalty):
     compare(CASES[name], horizon, delay, penalty, BACKENDS, 1e-7)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("penalty", PENALTIES.values(), ids=PENALTIES)
-@pytest.mark.parametrize("name", CASES)
-def test_portable_equals_reference_at_every_horizon(name, penalty):
-    for horizon in range(1, 61):
-        for delay in range(min(4, horizon)):
-            compare(CASES[name], horizon, delay, penalty, BACKENDS, 1e-7)
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,10 @@ from problems import BACKENDS, EXACT, car, made_with, pendulum, reference_with
 from test_backends import CASES, PENALTY, assert_same, drive
 
 import rumo
+from rumo.controllers.engines.conditions import Conditions, Point
 from rumo.controllers.engines.guarded import Guarded
 from rumo.controllers.engines.numpy import NumpyRti
-from rumo.controllers.engines.qp import Conditions, Point, solve
+from rumo.controllers.engines.qp import solve
 from rumo.controllers.engines.stagewise import assemble, eliminate
 from rumo.plan import DIAGNOSTICS
 from rumo.transcription import Transcription

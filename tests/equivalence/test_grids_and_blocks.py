@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from problems import BACKENDS, EXACT, car, made_with
-from test_backends import assert_same, drive
+from test_backends import assert_same, compare, drive, of_chain, of_rod
 
 import rumo
 from rumo.controllers import NlpSettings
@@ -71,6 +71,22 @@ def test_portable_equals_reference(case, scheme):
         assert first.status.solved
         for other in others:
             assert_same(problem, first, other, 1e-7)
+
+
+def test_ramps_along_a_limit():
+    """At all of its intervals, so that more limits hold than there are inputs to move."""
+    problem, x, wanted = of_rod(100, 0, None, blocks=rumo.IncrementBlocks([4, 4, 5, 5, 2] * 5))
+    controllers = [made_with(problem, backend) for backend in BACKENDS]
+    for first, *others in drive(controllers, problem, x, wanted, samples=4):
+        assert first.status.solved
+        assert (first.u.values > 0.0).any()
+        for other in others:
+            assert_same(problem, first, other, 1e-8)
+
+
+def test_inputs_that_hardly_reach_states():
+    """One interval is left, in which a force on the first of twelve masses does next to nothing to the last."""
+    compare(of_chain, 15, 14, None, BACKENDS, 1e-8, rumo.Radau2())
 
 
 @pytest.mark.parametrize("case", ["growing", "held_inputs", "all_at_once"])

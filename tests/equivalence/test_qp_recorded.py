@@ -1,13 +1,17 @@
-"""On programs that controllers meet: the C core's QP solver against others, cold and warm."""
+"""On programs that controllers meet: the C core's QP solver against others, cold and warm, and so are whole plans."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from problems import made_with, reference_with
 from qps import CoreQp, assert_solved, least_violation, solve
 from qps.others import assert_agreement
 from qps.recorded import study, textbook
+from test_backends import CASES, PENALTIES, drive
 
+from rumo.bench.qp import condense
+from rumo.controllers.engines.qp import solve as solve_sparse
 from rumo.status import Status
 
 SHORT = {
@@ -66,3 +70,34 @@ def test_a_short_drive(name):
 @pytest.mark.parametrize("name", LONG)
 def test_a_long_drive(name):
     check(LONG[name](), every=1)
+
+
+OVER_LONG = dict.fromkeys(CASES, 100) | {"cart_pendulum": 40, "van_der_pol": 40}
+"""Intervals, of unstable models as many as a condensed program of full accuracy has."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("softness", PENALTIES)
+@pytest.mark.parametrize("name", OVER_LONG)
+def test_plans_over_long_horizons(name, softness):
+    """By the Riccati recursion and by condensing; others solve the reference's program at the same guess, condensed."""
+    problem, x, wanted = CASES[name](OVER_LONG[name], 1, PENALTIES[softness])
+    programs = []
+
+    def recorded(program, options):
+        programs.append(condense(program))
+        return solve_sparse(program, options)
+
+    reference = reference_with(problem, recorded)
+    ours = [made_with(problem, solver) for solver in ("riccati", "condensing")]
+    for *plans, _ in drive([*ours, reference], problem, x, wanted):
+        guess, p = reference._engine.method.about.u, programs[-1]
+        answer = solve(p)
+        if answer.status is Status.SOLVER_FAILED:
+            assert least_violation(p, answer.conflict) > 1e-9
+            assert all(plan.cause is Status.SOLVER_FAILED for plan in plans)
+            continue
+        assert assert_agreement(p, answer)
+        for plan in plans:
+            v = (plan.u.values - guess)[problem.delay :] / problem.input_scales
+            np.testing.assert_allclose(v.ravel(), answer.v, atol=1e-8)

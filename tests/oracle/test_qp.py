@@ -8,7 +8,8 @@ import pytest
 from scipy.sparse import csc_array
 
 from rumo.controllers import QpOptions
-from rumo.controllers.engines.qp import SparseProgram, solve
+from rumo.controllers.engines.conditions import Conditions, Point, SparseProgram
+from rumo.controllers.engines.qp import solve
 from rumo.status import Status
 
 
@@ -69,6 +70,19 @@ def test_same_minimiser_as_qpoases(seed, soft):
     assert solution.status is Status.OPTIMAL
     assert solution.residual < 1e-12
     np.testing.assert_allclose(solution.q, qpoases(p), atol=1e-7)
+
+
+@pytest.mark.parametrize("soft", [True, False])
+@pytest.mark.parametrize("seed", range(10))
+def test_newtons_method_gets_there_from_anywhere(seed, soft):
+    """Each row three times, so that active ones depend on each other."""
+    p, rng = random_program(seed, soft), np.random.default_rng([seed, 1])
+    again = {name: np.tile(getattr(p, name), 3) for name in ("row_lower", "row_upper", "l1", "l2")}
+    conditions = Conditions(replace(p, rows=csc_array(np.tile(p.rows.toarray(), (3, 1))), **again))
+    far = Point(10.0 * rng.normal(size=12), np.zeros(0), rng.exponential(10.0, len(conditions.c)))
+    point, _ = conditions.minimise(conditions.approach(far))
+    assert conditions.residual(point) < 1e-12
+    np.testing.assert_allclose(point.q, qpoases(replace(p, l1=3.0 * p.l1, l2=3.0 * p.l2)), atol=1e-7)
 
 
 def test_an_infeasible_program_is_never_called_solved():

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse.linalg import splu
 
-from rumo.controllers.engines.qp import SparseProgram
+from rumo.controllers.engines.conditions import SparseProgram
 from rumo.signals import Array
 
 

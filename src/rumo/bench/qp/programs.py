@@ -9,9 +9,10 @@ import numpy as np
 from rumo.bench.qp.condensed import QuadraticProgram, condense
 from rumo.bench.qp.core import CoreQp
 from rumo.controllers import Controller, QpOptions, Settings
+from rumo.controllers.engines.conditions import SparseProgram
 from rumo.controllers.engines.guarded import Guarded
 from rumo.controllers.engines.numpy import NumpyRti
-from rumo.controllers.engines.qp import Solution, SparseProgram, solve
+from rumo.controllers.engines.qp import Solution, solve
 from rumo.problem import Problem
 from rumo.simulation.replay import Recording
 from rumo.status import Status

@@ -14,7 +14,8 @@ import numpy as np
 
 from rumo.controllers.arguments import tracked
 from rumo.controllers.engines.base import Candidate, Method
-from rumo.controllers.engines.qp import Solution, SparseProgram, solve
+from rumo.controllers.engines.conditions import SparseProgram
+from rumo.controllers.engines.qp import Solution, solve
 from rumo.controllers.engines.stagewise import Horizon, affine, assemble, quadratic_program
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.settings import QpOptions, Settings

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rumo.controllers.engines.qp import SparseProgram, sparse
+from rumo.controllers.engines.conditions import SparseProgram, sparse
 from rumo.controllers.engines.reach import gate_stage, responses
 from rumo.problem import Problem
 from rumo.signals import Array
