@@ -4,6 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from problems import BACKENDS, made_with, pendulum
+from scipy.optimize import linprog
 
 import rumo
 
@@ -105,3 +106,47 @@ def test_a_steep_bound_out_of_reach_is_solved(l2, backend):
         assert plan.command["torque"] == pytest.approx(oracle.command["torque"], abs=1e-6)
         for controller in controllers:
             controller.reset()
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_rows_give_way_only_beyond_their_limits(backend):
+    """Rounding swallows a price of the second kind beside so high a one of the first, and with it where a row is."""
+    F, G = np.array([[4.79, 0.46, -0.06], [0.24, 4.51, -0.16], [-0.06, 0.21, 4.43]]), np.array([-0.65, -0.96, 0.8])
+    names, price = ["a", "b", "c"], rumo.Penalty(314.0, 1.65e-15)
+    limits = {"a": (-0.21, 0.45), "b": (-0.26, 0.27), "c": (-0.38, 0.23)}
+    problem = rumo.Problem(
+        rumo.Model(
+            states=dict.fromkeys(names, "1"),
+            inputs={"u": "1"},
+            dynamics=lambda x, u, p: {
+                name: sum(F[i, j] * x[other] for j, other in enumerate(names)) + G[i] * u.u
+                for i, name in enumerate(names)
+            },
+        ),
+        horizon=10,
+        sampling_time=0.1,
+        track=dict.fromkeys(names, rumo.Weight(1e-8)),
+        moves={"u": rumo.Weight(1e-10, range=2.0)},
+        bounds={"u": (-1.0, 1.0)} | {name: rumo.Bounds(*limit, price) for name, limit in limits.items()},
+    )
+    x, wanted = np.array([-0.61, 0.25, -0.48]), {"a": -1.16, "b": 2.03, "c": -0.74}
+    controller = made_with(problem, backend, rumo.Gauss2(), gate=None)
+    controller.reset(applied=[-0.18])
+    plan = controller.step(x, wanted)
+    assert plan.status is rumo.Status.SOFT_VIOLATED
+
+    # The price of violations alone, as a linear program in u and slacks.
+    transcription, response, start = controller.transcription, [], [x]
+    for _ in range(10):
+        start.append(transcription.advance(start[-1], [0.0])[0][:3])
+    for k in range(10):
+        ends = [np.zeros(3)]
+        for i in range(10):
+            ends.append(transcription.advance(ends[-1], [float(i == k)])[0][:3])
+        response.append(np.array(ends)[1:].ravel())
+    low, high = (np.tile([limits[name][i] for name in names], 10) for i in (0, 1))
+    free, effect = np.array(start)[1:].ravel(), np.array(response).T
+    rows = np.block([[effect, -np.eye(30)], [-effect, -np.eye(30)]])
+    bounds = [(-1.0, 1.0)] * 10 + [(0.0, None)] * 30
+    best = linprog(np.r_[np.zeros(10), np.ones(30)], rows, np.r_[high - free, free - low], bounds=bounds)
+    np.testing.assert_allclose(plan.u.values.ravel(), best.x[:10], atol=1e-6)

@@ -161,9 +161,20 @@ def test_many_rows_that_give_way_take_long(solver):
     np.testing.assert_allclose(plans[1].u.values, oracle.u.values, atol=RIGHT)
 
 
-def test_soft_limits_are_never_impossible():
-    """The reference may say that it cannot solve them, but no more."""
-    plan = made_with(runaway(20, 15), "reference", rumo.ExplicitEuler()).step([0.5, -0.3], {"x0": -0.3, "x1": 0.3})
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize(
+    "problem",
+    [
+        runaway(20, 15),
+        linear("pole", 12, 35, bounds={"u": (-1.0, 1.0)})[0],
+        linear("pair", 12, 25, bounds={"u": (-1.0, 1.0)}, move_bounds={"u": (-0.1, 0.1)})[0],
+    ],
+    ids=["soft", "inputs", "moves"],
+)
+def test_what_inputs_alone_can_keep_is_never_impossible(problem, backend):
+    """However huge states are; that it cannot be solved may be said, but no more."""
+    x, wanted = [0.5, -0.3][: len(problem.outputs)], dict(zip(problem.outputs, [-0.3, 0.3], strict=False))
+    plan = made_with(problem, backend, rumo.ExplicitEuler()).step(x, wanted)
     assert plan.cause is not rumo.Status.SOLVER_FAILED
 
 
@@ -315,3 +326,62 @@ def test_guesses_beyond_all_measure(name, backend):
     free = np.where(at_low | at_high, 0.0, slope)
     assert (np.abs(free) <= RIGHT * np.abs(slope).max(axis=0)).all()
     assert hard.max() <= RIGHT
+
+
+def flat(horizon, growth, move, blocks):
+    """Two inputs that do the same to one runaway state: only moves price what they do against each other."""
+    rate = np.exp(growth / horizon) - 1.0
+    model = rumo.Model(
+        states={"x": "1"},
+        inputs={"u": "1", "v": "1"},
+        dynamics=lambda x, u, p: {"x": rate * (x.x + u.u + 0.7 * u.v)},
+    )
+    return rumo.Problem(
+        model,
+        horizon=horizon,
+        sampling_time=1.0,
+        track={"x": rumo.Weight(1.0, range=0.5)},
+        moves=dict.fromkeys("uv", rumo.Weight(move, range=2.0)),
+        blocks=rumo.InputBlocks(blocks),
+    )
+
+
+def held_exactly(problem, blocks, x, target, before):
+    """Inputs (N, 2) of such a plant that are held over blocks, in exact arithmetic."""
+    N, n = problem.horizon, 2 * len(blocks)
+    transcription, guess = Transcription(problem, rumo.ExplicitEuler()), np.zeros((N + 1, 1))
+    stages = transcription.linearize(guess, np.zeros((N, 2)), np.zeros((N, 0)), problem.parameters)
+    A, B, _ = (exact(array) for array in eliminate(stages))
+    which, now = np.repeat(np.arange(len(blocks)), blocks), exact([x, *[0.0] * n])  # value and slopes by v
+    terms = []
+    for k in range(N):
+        now = A[k, 0, 0] * now
+        now[1 + 2 * which[k] : 3 + 2 * which[k]] += B[k, 0]
+        terms.append((Fraction(problem.output_weights[k, 0]), now - exact([target, *[0.0] * n])))
+    for i in range(n):
+        change = exact([0.0 if i > 1 else -before[i], *np.eye(n)[i] - (np.eye(n)[i - 2] if i > 1 else 0.0)])
+        terms.append((Fraction(problem.block_move_weights.ravel()[i]), change))
+    H = sum(weight * np.outer(term[1:], np.r_[term[1:], term[:1]]) for weight, term in terms)
+    for i in range(n):
+        H[i] = H[i] / H[i, i]
+        for j in (j for j in range(n) if j != i):
+            H[j] = H[j] - H[j, i] * H[i]
+    return -H[:, n].astype(float).reshape(-1, 2)[which]
+
+
+@pytest.mark.parametrize("backend", [*BACKENDS, "tailored"])
+@pytest.mark.parametrize(
+    ("blocks", "growth", "move"),
+    [([10, 10, 5, 5], 8, 1e-8), ([20, 20, 10, 10], 12, 1e-8), ([20, 20, 10, 10], 8, 1e-6), ([10, 10, 5, 5], 5, 1e-2)],
+)
+def test_a_cost_so_flat_that_residuals_say_little(backend, blocks, growth, move):
+    problem, before = flat(sum(blocks), growth, move, blocks), [0.01, -0.02]
+    controller = made_with(problem, backend, rumo.ExplicitEuler(), gate=None)
+    controller.reset(applied=[before])
+    plan = controller.step([0.4], {"x": 0.1})
+    assert plan.cause in (rumo.Status.OPTIMAL, rumo.Status.ILL_CONDITIONED)
+    if move > 1e-5:
+        assert plan.status.solved
+    if plan.status.solved:
+        wrong = np.abs(plan.u.values - held_exactly(problem, blocks, 0.4, 0.1, before)) / problem.input_scales
+        assert wrong.max() < RIGHT

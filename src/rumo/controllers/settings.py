@@ -40,6 +40,7 @@ class InnovationGate:
 
 WIDE_GATE = InnovationGate()
 SOLVERS = ("auto", "riccati", "condensing")
+COARSEST = 1e-3
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class QpOptions:
         needing more is `Status.BUDGET_EXCEEDED`.
     tolerance : float
         Accuracy of constraints (C core), or of the interior point that Newton's method starts from (reference), in
-        units of the ranges.
+        units of the ranges; at most 0.001.
     time_limit : float
         For a QP [s], in the C core only; reaching it is `Status.BUDGET_EXCEEDED`. A finite limit makes results depend
         on the machine.
@@ -73,7 +74,10 @@ class QpOptions:
         if self.solver not in SOLVERS:
             raise ArgumentError("QpOptions.solver", repr(self.solver), " or ".join(map(repr, SOLVERS)))
         whole_number(self.max_iterations, "QpOptions.max_iterations", 0)
-        positive_number(self.tolerance, "QpOptions.tolerance")
+        if positive_number(self.tolerance, "QpOptions.tolerance") > COARSEST:
+            raise ArgumentError(
+                "QpOptions.tolerance", repr(self.tolerance), f"at most {COARSEST}, a share of the ranges"
+            )
         if self.time_limit != np.inf:
             positive_number(self.time_limit, "QpOptions.time_limit")
 

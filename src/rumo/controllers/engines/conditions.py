@@ -55,12 +55,12 @@ class SparseProgram:
     signals: np.ndarray
 
     @property
-    def sane(self) -> bool:
-        """Whether all numbers are finite and far below what the solver takes as infinite; limits may be infinite."""
+    def largest(self) -> float:
+        """Size of the largest number, NaN if one is none; limits may be infinite."""
         limits = (self.lower, self.upper, self.row_lower, self.row_upper)
         matrices = (self.hessian.data, self.equations.data, self.rows.data)
         data = (*matrices, self.gradient, self.ends, *(limit[~np.isinf(limit)] for limit in limits))
-        return all((np.abs(array) < 1e-3 * INFINITE).all() for array in data)
+        return float(np.abs(np.concatenate(data)).max(initial=0.0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rumo.controllers.engines.conditions import KKT_TOLERANCE, Conditions, Point, SparseProgram
+from rumo.controllers.engines.conditions import INFINITE, KKT_TOLERANCE, Conditions, Point, SparseProgram
 from rumo.controllers.settings import QpOptions
 from rumo.signals import Array
 from rumo.status import Status
@@ -52,8 +52,8 @@ def solve(program: SparseProgram, options: QpOptions) -> Solution:
     nothing = np.full(len(program.gradient), np.nan)
     if options.max_iterations == 0:
         return Solution(nothing, Status.BUDGET_EXCEEDED)
-    if not program.sane:
-        return Solution(nothing, Status.SOLVER_FAILED)
+    if not program.largest < 1e-3 * INFINITE:
+        return Solution(nothing, Status.ILL_CONDITIONED if program.largest < np.inf else Status.SOLVER_FAILED)
     conditions = Conditions(program)
     for accuracy in (max(options.tolerance, KKT_TOLERANCE), FINEST):
         solution = _attempt(conditions, program, options.max_iterations, accuracy)
@@ -81,10 +81,24 @@ def _attempt(conditions: Conditions, program: SparseProgram, most: int, accuracy
     # What proves, or seems to prove, that there is no solution is nowhere near one.
     infeasible = outcome == piqp.PIQP_PRIMAL_INFEASIBLE
     solution = _polished(conditions, conditions.origin if infeasible or not start.finite else start)
-    # Without hard rows any input within its bounds is feasible, whatever huge states look like.
-    if infeasible and np.isinf(program.l1).any() and solution.status is not Status.OPTIMAL:
+    # Huge states may look as if they were to blame.
+    if infeasible and solution.status is not Status.OPTIMAL and _may_refuse(program):
         return replace(solution, status=Status.SOLVER_FAILED)
     return solution
+
+
+def _may_refuse(program: SparseProgram) -> bool:
+    """Whether hard rows may refuse all inputs: surely not where they have no states and leave some."""
+    hard, n = np.isinf(program.l1), len(program.lower)
+    rows = program.rows[hard].toarray()
+    if not hard.any() or rows[:, n:].any():
+        return bool(hard.any())
+    from scipy.optimize import linprog  # not needed by the compiled backends
+
+    within, ends = np.vstack([rows, -rows])[:, :n], np.r_[program.row_upper[hard], -program.row_lower[hard]]
+    finite, bounds = np.isfinite(ends), np.c_[program.lower, program.upper]
+    result: Any = linprog(np.zeros(n), within[finite], ends[finite], bounds=bounds)
+    return result.status == 2  # infeasible
 
 
 def _polished(conditions: Conditions, start: Point) -> Solution:
