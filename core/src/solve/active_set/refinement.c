@@ -11,7 +11,7 @@
 #define SHARP 1e-6
 /* A step of refinement that a solution may be off by, in units of v, and one that needs none. */
 #define TRUSTED 1e-7
-#define NEAR 1e-8
+#define SETTLED 1e-8
 /* A distance in units of v that no rounding explains, after refinement. */
 #define DISTINCT 1e-8
 
@@ -30,8 +30,8 @@ static double refine(qp *q) {
     }
     const double largest = larger(slope, beside);
     q->last_step = 0.0;
-    const int far = !(q->stretch * largest_size(step, q->ld) <= NEAR);
-    if (!(largest > q->fine || far) || !isfinite(largest)) return largest;
+    const int moves = !(q->stretch * largest_size(step, q->ld) <= SETTLED);
+    if (!(largest > q->fine || moves) || !isfinite(largest)) return largest;
 
     /* [H A'; A -E] (dv, dmu) = -(slope, off), in the coordinates of w */
     for (int j = 0; j < q->ld; ++j) step[j] = -step[j];
