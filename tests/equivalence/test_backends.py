@@ -379,6 +379,19 @@ def test_wide_models_portable_equals_reference(name, scheme):
         compare(WIDE[name], 9, 2, penalty, ("reference", "portable"), 1e-7, SCHEMES[scheme])
 
 
+def test_the_solver_stays_what_was_made():
+    for case, horizon, made in ((WIDE["rod"], 50, "condensing"), (CASES["dynamic_bicycle"], 15, "riccati")):
+        problem, x, reference = case(horizon, 2, PENALTY)
+        controller = rumo.RealTimeIteration(problem, backend="portable")
+        controller.configure(qp=rumo.QpOptions(max_iterations=500))
+        controller.configure(qp=rumo.QpOptions(solver=made))
+        other = "riccati" if made == "condensing" else "condensing"
+        with pytest.raises(rumo.ArgumentError, match=f"got '{other}', expected '{made}', as made"):
+            controller.configure(qp=rumo.QpOptions(solver=other))
+        assert controller.settings.qp.solver == made
+        assert controller.step(x, reference).status.solved
+
+
 def test_wide_model_without_a_pivot_on_the_diagonal(monkeypatch):
     """Implicit Euler over 1 s: 1 - h df/dx is 0 on the diagonal, though not by structure."""
     names = [f"x_{i}" for i in range(30)]

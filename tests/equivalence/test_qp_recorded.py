@@ -1,4 +1,4 @@
-"""On programs that controllers meet: the C core's QP solver against others, cold and warm, and so are whole plans."""
+"""On programs that controllers meet: the core's QP solver against others, cold and warm; and whole plans against it."""
 
 from dataclasses import replace
 

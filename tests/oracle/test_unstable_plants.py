@@ -174,8 +174,8 @@ def test_many_rows_that_give_way_take_long(solver):
 def test_what_inputs_alone_can_keep_is_never_impossible(problem, backend):
     """However huge states are; that it cannot be solved may be said, but no more."""
     x, wanted = [0.5, -0.3][: len(problem.outputs)], dict(zip(problem.outputs, [-0.3, 0.3], strict=False))
-    plan = made_with(problem, backend, rumo.ExplicitEuler()).step(x, wanted)
-    assert plan.cause is not rumo.Status.SOLVER_FAILED
+    plan = made_with(problem, backend, rumo.ExplicitEuler(), gate=None).step(x, wanted)
+    assert plan.status.applicable or plan.cause is rumo.Status.ILL_CONDITIONED
 
 
 @pytest.mark.slow
@@ -380,7 +380,7 @@ def test_a_cost_so_flat_that_residuals_say_little(backend, blocks, growth, move)
     controller.reset(applied=[before])
     plan = controller.step([0.4], {"x": 0.1})
     assert plan.cause in (rumo.Status.OPTIMAL, rumo.Status.ILL_CONDITIONED)
-    if move > 1e-5:
+    if growth < 12 and (backend != "condensing" or move > 1e-5):
         assert plan.status.solved
     if plan.status.solved:
         wrong = np.abs(plan.u.values - held_exactly(problem, blocks, 0.4, 0.1, before)) / problem.input_scales

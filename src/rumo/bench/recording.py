@@ -14,8 +14,10 @@ SCENARIOS = {
     "limit": PaperStudy(("rti",), path=SinePath(3.0, 50.0, 12.0, PAPER_CAR), weights=CLOSE_WEIGHTS),
 }
 """The paper's drive at 8 m/s, and one at 12 m/s whose friction circles are violated at times."""
-WEAK, WEAKNESS = "weak", 0.04
-"""What the controller is told at the limit, but with inputs of so little of their range: nine tenths are at bounds."""
+WEAK = "weak"
+"""What the controller is told at the limit, but with weak inputs: nine tenths are at bounds."""
+WEAKNESS = 0.04
+"""What is left of the inputs' ranges then."""
 
 
 def record(scenario: str, horizon: int, steps: int) -> Recording:

@@ -41,6 +41,7 @@ class InnovationGate:
 WIDE_GATE = InnovationGate()
 SOLVERS = ("auto", "riccati", "condensing")
 COARSEST = 1e-3
+"""Tolerance of constraints; beyond, hard limits would give way."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +51,8 @@ class QpOptions:
     Parameters
     ----------
     max_iterations : int
-        Changes of the working set in the C core, interior-point iterations of the reference, which takes 200 at most;
-        needing more is `Status.BUDGET_EXCEEDED`.
+        Changes of the working set in the C core, interior-point iterations of the reference, which takes 200 at most
+        and does not count Newton's steps after them; needing more is `Status.BUDGET_EXCEEDED`.
     tolerance : float
         Accuracy of constraints (C core), or of the interior point that Newton's method starts from (reference), in
         units of the ranges; at most 0.001.
@@ -62,7 +63,7 @@ class QpOptions:
         How the C core goes about the horizon: "riccati" keeps the states and takes time linear in the number of
         intervals; "condensing" eliminates them; "auto" condenses where a horizon has no more free inputs than the
         model has states, or up to eight times as many if the model is wide: its equations are solved as they are then.
-        Chosen when a controller is made.
+        Chosen when a controller is made; later on, "auto" is what was chosen then. In the core only.
     """
 
     max_iterations: int = 1000

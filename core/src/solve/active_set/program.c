@@ -157,7 +157,7 @@ static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_setting
     const double share = factorize(n, q->ld, p->hessian, p->factor, p->inverse, p->transpose);
     result.factor_seconds = seconds_now() - start;
     if (share == 0.0) return result;
-    set_fine(q, share, largest_size(p->inverse, n * q->ld));
+    set_fine(q, share, longest_row(n, q->ld, p->transpose));
     start = seconds_now();
     renew_members(q, as_it_is);
     drop_unlimited(q);

@@ -9,9 +9,11 @@
 #define ACCEPTABLE 1e-6
 /* Of a Hessian whose variables leave each other less than this share of their curvature, no residual shows how far off v is. */
 #define SHARP 1e-6
-/* A step of refinement that a solution may be off by, in units of v, and one that needs none. */
+/* A step of refinement that a solution may be off by, in units of v, and one that need not be taken. */
 #define TRUSTED 1e-7
-#define SETTLED 1e-8
+#define NEGLIGIBLE 1e-8
+/* As many steps of refinement at most. */
+#define MOST_STEPS 20
 /* A distance in units of v that no rounding explains, after refinement. */
 #define DISTINCT 1e-8
 
@@ -30,8 +32,8 @@ static double refine(qp *q) {
     }
     const double largest = larger(slope, beside);
     q->last_step = 0.0;
-    const int moves = !(q->stretch * largest_size(step, q->ld) <= SETTLED);
-    if (!(largest > q->fine || moves) || !isfinite(largest)) return largest;
+    const int too_long = !(q->stretch * sqrt(dot(step, step, q->ld)) <= NEGLIGIBLE);
+    if (!(largest > q->fine || too_long) || !isfinite(largest)) return largest;
 
     /* [H A'; A -E] (dv, dmu) = -(slope, off), in the coordinates of w */
     for (int j = 0; j < q->ld; ++j) step[j] = -step[j];
@@ -52,7 +54,8 @@ static double refine(qp *q) {
     return larger(slope, smaller(beside, q->last_step + left));
 }
 
-/* What is left of curvatures and how far they let variables move, see factorise.c, say when residuals have to be refined. */
+/* When residuals have to be refined: at once where so little is left of a curvature that its factor has lost digits, see
+ * factorise.c, else where they are large or move variables far. */
 static inline void set_fine(qp *q, double share, double stretch) {
     q->fine = share < SHARP ? 0.0 : FINE;
     q->stretch = stretch;
@@ -61,7 +64,7 @@ static inline void set_fine(qp *q, double share, double stretch) {
 /* Refine until there is nothing left to gain. */
 static void polish(qp *q) {
     q->kkt_residual = refine(q);
-    for (int i = 0; i < 20 && q->last_step > 0.0; ++i) {
+    for (int i = 0; i < MOST_STEPS && q->last_step > 0.0; ++i) {
         const double residual = q->kkt_residual, step = q->last_step;
         q->kkt_residual = refine(q);
         if (!(q->kkt_residual < 0.9 * residual || q->last_step < 0.5 * step)) break;

@@ -75,7 +75,7 @@ typedef struct qp {
     double *shift, *residual, *sum;            /* and of variables */
     int *conflict, conflicts, *scratch;
     double fine;           /* residual of the optimality conditions that needs no refinement */
-    double stretch;        /* the most that a unit of w moves a variable by itself */
+    double stretch;        /* how far a unit of w moves a variable, without the feedback that it may be given */
     double tolerance;      /* of a row, in units of v */
     double kkt_residual, last_step; /* of the solution; how far refinement moved it: see refinement.c */
     int iterations;

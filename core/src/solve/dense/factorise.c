@@ -56,4 +56,11 @@ static double factorize(int n, int ld, const double *restrict hessian, double *r
     return least;
 }
 
+/* The length of the longest row of U^-1: how far a unit of w moves a variable. */
+static double longest_row(int n, int ld, const double *transpose) {
+    double longest = 0.0;
+    for (int i = 0; i < n; ++i) longest = larger(longest, dot(transpose + (ptrdiff_t)i * ld, transpose + (ptrdiff_t)i * ld, ld));
+    return sqrt(longest);
+}
+
 #endif

@@ -65,7 +65,7 @@ OUTSIDE static int dense_prepare(void *self, const stage_maps *m, int shift) {
     add_up_hessian(&s, p->numbers.move_weights, scales, h);
     const double share = factorize(s.n, s.ld, h->hessian, h->factor, h->inverse, h->transpose);
     if (share == 0.0) return 0;
-    set_fine(&d->p.q, share, largest_size(h->inverse, s.n * s.ld));
+    set_fine(&d->p.q, share, longest_row(s.n, s.ld, h->transpose));
     d->p.q.span = 0.0;
     for (int i = 0; i < s.n; ++i) d->p.q.span += h->hessian[(ptrdiff_t)i * s.ld + i];
     d->shift = shift && unblocked(&s) && p->shift.same_rows;

@@ -17,11 +17,11 @@ static void advance_stage(const dense *d, int k, const double *before, const dou
 /* Slopes by dx and dz of stage k, lambda, become those by dx of the one before; by du they are `through` (nu,). */
 static void retreat_stage(const dense *d, int k, double *through) {
     const dims s = dims_of(&d->problem->sizes);
-    const double *stage = d->condensed.stages + (ptrdiff_t)k * s.width * s.ldx;
     zero(d->earlier, s.ldx);
     if (is_wide(d->maps)) {
         retreat_interval(&d->maps->equations, k, d->lambda, d->earlier, through);
     } else {
+        const double *stage = d->condensed.stages + (ptrdiff_t)k * s.width * s.ldx;
         for (int j = 0; j < s.nu; ++j) through[j] = dot(stage + (s.nx + j) * s.ldx, d->lambda, s.ldx);
         for (int c = 0; c < s.nx; ++c) d->earlier[c] = dot(stage + c * s.ldx, d->lambda, s.ldx);
     }

@@ -77,7 +77,8 @@ static WITHIN void finish_gains(riccati *r, const layout *p, int nu, double *res
         }
 }
 
-/* Columns of the closed loop F - G K at a stage, in r->closed (zeta, ld). */
+/* Columns of the closed loop F - G K at a stage, in r->closed (zeta, ld). A call may cost what passed sizes are as constants, so it
+ * finds them itself. */
 static void close_loop(riccati *r, int k) {
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
@@ -98,7 +99,7 @@ RARE static void square_stage(riccati *r, const dims *s, const layout *p, int k,
     product(r->closed, p->ld, 1, p->zeta, r->P, p->ld, p->zeta, r->half, p->ld, nothing_else);
     for (int i = 0; i < p->zeta; ++i)
         for (int l = 0; l < p->zeta; ++l) r->T[i * p->ld + l] = r->half[l * p->ld + i];
-    product_lower(r->closed, p->ld, 1, 0, p->zeta, r->T, p->ld, p->zeta, next, nothing_else);
+    product_lower(r->closed, p->ld, 1, 0, p->zeta, r->T, p->ld, p->zeta, next, 0);
     for (int j = 0; j < s->nu; ++j)
         for (int a = 0; a < p->zeta; ++a)
             for (int b = 0; b <= a; ++b)
@@ -112,13 +113,13 @@ static WITHIN int take_off(riccati *r, const dims *s, const layout *p, int k, co
     const double *restrict T = r->T;
     double *restrict before = r->out;
     int cancelled = 0;
-    product_lower(rows, 1, p->ld, 0, s->nx, T, p->ld, s->rows, next, nothing_else);
+    product_lower(rows, 1, p->ld, 0, s->nx, T, p->ld, s->rows, next, 0);
     zero(next + s->nx * p->ld, (p->zeta - s->nx) * p->ld);
     if (!unblocked(s))
-        product_lower(rows + p->v, 1, p->ld, p->v, 2 * s->nu, T, p->ld, p->rows, next + p->v * p->ld, nothing_else);
+        product_lower(rows + p->v, 1, p->ld, p->v, 2 * s->nu, T, p->ld, p->rows, next + p->v * p->ld, 0);
     if (!begins(s, &r->problem->blocking, k)) return 0;
     for (int i = 0; i < s->nx; ++i) before[i] = next[i * (p->ld + 1)];
-    product_lower(r->H, 1, p->ld, 0, p->zeta, gains, p->ld, s->nu, next, what_is_there);
+    product_lower(r->H, 1, p->ld, 0, p->zeta, gains, p->ld, s->nu, next, 1);
     for (int j = 0; j < s->nu; ++j) next[(p->v + j) * (p->ld + 1)] += r->move_curvature[k * s->nu + j];
     for (int i = 0; i < s->nx; ++i) cancelled |= next[i * (p->ld + 1)] < CANCELLED * before[i];
     return cancelled;
@@ -129,7 +130,7 @@ static int factorise_stage(riccati *r, int k) {
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
     const double *restrict rows = rows_of_stage(r, &p, k);
-    double *restrict T = r->T, *restrict next = r->next_P, *restrict Pc = r->Pc + (ptrdiff_t)(k + 1) * p.ld;
+    double *T = r->T, *restrict next = r->next_P, *restrict Pc = r->Pc + (ptrdiff_t)(k + 1) * p.ld;
     double *restrict gains = r->gains + (ptrdiff_t)k * s.nu * p.ld, *restrict roots = r->roots + (ptrdiff_t)k * s.nu * s.nu;
     /* T = P (F, G, c), first the columns that H waits for. Where the rows of v are not stored, they are units in the columns of
      * G, and no one needs theirs of F. */
@@ -168,6 +169,7 @@ static int factorise_stages(riccati *r) {
     mirror_lower(r->P, p.zeta, p.ld);
     for (int k = s.N - 1; k >= s.d; --k)
         if (!factorise_stage(r, k)) return 0;
+    set_fine(&r->q, 1.0, largest_size(r->roots, padded(s.N * s.nu * s.nu)));
     return 1;
 }
 

@@ -64,8 +64,7 @@ RARE static void riccati_lay_out(arena *a, void *self, const rumo_problem *own, 
     r->force = alloc_doubles(a, lanes);
     r->row = alloc_doubles(a, p.ld);
     r->out = alloc_doubles(a, p.ld);
-    r->reach_rows = alloc_doubles(a, (ptrdiff_t)s.nx * p.ld);
-    r->reach_next = alloc_doubles(a, (ptrdiff_t)s.nx * p.ld);
+    for (int i = 0; i < 2; ++i) r->reach_products[i] = alloc_doubles(a, (ptrdiff_t)s.nx * p.ld);
     double **const by_free_input[] = {&r->best, &r->other, &r->inputs};
     for (size_t i = 0; i < sizeof by_free_input / sizeof *by_free_input; ++i) *by_free_input[i] = alloc_doubles(a, s.n);
     lay_out_node_rows(a, &s, s.ny, given->Cx.count, given->Cu.count, &r->outputs);
@@ -134,12 +133,12 @@ static void riccati_reach(void *self, int stages, double *restrict reach) {
     double *restrict sum = r->half;
     zero(sum, s.nx * p.ld);
     for (int k = stages - 1; k >= s.d; --k) {
-        double *next = k % 2 ? r->reach_rows : r->reach_next;
+        double *next = r->reach_products[k % 2];
         if (k < stages - 1) {
             product(rows, p.ld, 1, s.nx, rows_of_stage(r, &p, k), p.ld, p.rows, next, width, nothing_else);
             rows = next;
         }
-        /* By inputs and, as vectors are wider, by their neighbours. */
+        /* Whole vectors, from the one with the first column of G on. */
         for (int i = 0; i < s.nx && begins(&s, &r->problem->blocking, k); ++i)
             add_sizes(sum + i * p.ld + from, rows + i * p.ld + from, width - from);
     }
@@ -164,7 +163,6 @@ OUTSIDE static int riccati_prepare(void *self, const stage_maps *m, int shift) {
     mix_node_rows(&s, m, &m->E, r->problem->numbers.input_scales, &r->constraints);
     lay_stages(r, m);
     if (!factorise_stages(r)) return 0;
-    set_fine(&r->q, 1.0, largest_size(r->roots, padded(s.N * s.nu * s.nu)));
     refresh_norms(r, r->norms_at < 0 ? s.N - s.d : (s.N - s.d + NORM_SAMPLES - 1) / NORM_SAMPLES);
     r->shift = shift && unblocked(&s) && r->problem->shift.same_rows;
     renew_members(&r->q, riccati_becomes);

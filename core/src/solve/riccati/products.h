@@ -5,7 +5,7 @@
 
 #include "base/lanes.h"
 
-enum { TILE = 4, TILE_VECS = 2 }; /* rows and vectors of a result that are worked on together */
+enum { TILE = 4, TILE_VECS = 2 }; /* rows (or one more) and vectors of a result that are worked on together */
 
 static inline int in_fours(int count) { return (count + 3) / 4 * 4; }
 
@@ -75,9 +75,10 @@ static WITHIN void product(const double *X, ptrdiff_t x_row, ptrdiff_t x_column,
     if (rows == 1) product_rows(X, x_row, x_column, Y, ld, count, to, width, before, 1);
 }
 
-/* The same for a symmetric result, from its row `first` on: of each four rows only the columns up to their own four. */
+/* The same for a symmetric result, if `add` of what is there too, from its row `first` on: of each four rows only the columns up to their own four. */
 static WITHIN void product_lower(const double *X, ptrdiff_t x_row, ptrdiff_t x_column, int first, int rows, const double *Y,
-                                 int ld, int count, double *to, onto before) {
+                                 int ld, int count, double *to, int add) {
+    const onto before = add ? what_is_there : nothing_else;
     UNROLL_TAILORED for (int width = in_fours(first + 1); width < first + rows + 4; width += 4) {
         const int begin = width - 4 > first ? width - 4 - first : 0, end = width - first < rows ? width - first : rows;
         product(X + begin * x_row, x_row, x_column, end - begin, Y, ld, count, to + (ptrdiff_t)begin * ld, width, before);

@@ -87,9 +87,9 @@ typedef struct riccati {
     double *scaled;                  /* (1 + entries of inputs, lanes): zeros; those entries, in units of the ranges */
     laid_entries *laid;              /* (laid_count,): what each stage is made of */
     int laid_count;
-    double *gains, *roots;           /* (N, nu, ld), (N, nu, nu): -K and L'^-1 */
+    double *gains, *roots;           /* (N, nu, ld), (N, nu, nu): -K and L'^-1 D^-1/2 */
     double *kept, *of_v, *unit;      /* (ld,), and (nu, ld): where a row of (F, G, c) has F; of v, if it has not; of each */
-    double *P, *next_P, *T, *H;      /* (zeta, ld) each, (nu, ld): see factorise.c */
+    double *P, *next_P, *T, *H;      /* (zeta, ld) each, rounded up to four rows, and (nu, ld): see factorise.c */
     double *factor, *inverse;        /* (nu, nu), (nu,): L, and 1 / D, of a stage */
     double *move_curvature;          /* (N, nu): by change of v, where inputs begin, else 0 */
     double *output_curvature;        /* (ny, lanes): by outputs */
@@ -106,7 +106,7 @@ typedef struct riccati {
     double *row, *out, *input_slope; /* (ld,), (ld,), (nu,): scratch */
     double *covariance, *half, *closed; /* (zeta, ld) each: see norms.c */
     int norms_at;                    /* stage at which norms are refreshed next, -1: at all */
-    double *reach_rows, *reach_next; /* (nx, ld) */
+    double *reach_products[2];       /* (nx, ld) */
     double *best, *other, *inputs;   /* (nb, nu) */
     double *largest_curvature, *largest_force, *largest_slope; /* (nu,): along an input, over the horizon */
     int *pins, pinned;               /* (N, nu): bounds at which inputs are kept, and whether any are: see pins.c */

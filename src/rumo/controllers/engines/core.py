@@ -9,7 +9,7 @@ from threading import RLock
 import numpy as np
 
 from rumo.controllers.arguments import ReferenceWindow, reference_window, tracked
-from rumo.controllers.engines.described import condenses, core_problem, core_settings, numbers_of
+from rumo.controllers.engines.described import core_problem, core_settings, numbers_of
 from rumo.controllers.settings import Settings
 from rumo.errors import ArgumentError, CallOrderError
 from rumo.kernel import NUMBERS, Build, Core, portable, tailored
@@ -29,7 +29,7 @@ class CoreEngine:
         self._lock = RLock()  # around changes; the core has one of its own, and knows what its plans' layout is
         self._problem = transcription.problem
         description = core_problem(transcription, settings.qp.solver)
-        self._condensing = condenses(self._problem, settings.qp.solver)
+        self._solver = "condensing" if description.values["condensing"] else "riccati"
         self._numbers = {name: description.values[name] for name in NUMBERS}
         self._build: Build = tailored(description) if tailor else portable()
         self.backend = self._build.name
@@ -39,9 +39,9 @@ class CoreEngine:
 
     def configure(self, settings: Settings) -> None:
         """See `Engine.configure`."""
-        if condenses(self._problem, settings.qp.solver) != self._condensing:
-            made = "'condensing'" if self._condensing else "'riccati'"
-            raise ArgumentError("qp.solver", repr(settings.qp.solver), f"{made}, as made", "Make another controller.")
+        solver = settings.qp.solver
+        if solver not in ("auto", self._solver):
+            raise ArgumentError("qp.solver", repr(solver), f"{self._solver!r}, as made", "Make another controller.")
         with self._lock:
             layout = PlanLayout(self._problem, settings.integrator_tolerance)
             self._core.configure(asdict(core_settings(settings)), layout)

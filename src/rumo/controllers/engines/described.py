@@ -14,7 +14,7 @@ from rumo.signals import Array
 from rumo.transcription import Transcription
 
 MOST_FREE_INPUTS = 8
-"""For each state of a wide model that is condensed: with more, Riccati sweeps are as fast by times measured."""
+"""For each state of a wide model that is condensed: from there on Riccati sweeps are no slower, by times measured."""
 
 
 def core_settings(settings: ControllerSettings) -> CoreSettings:
@@ -59,14 +59,17 @@ def core_problem(transcription: Transcription, solver: str = "auto") -> Descript
 
 
 def condenses(problem: Problem, solver: str) -> bool:
-    """Whether states are condensed: unless asked for, where a horizon has no more free inputs than the model states."""
+    """Whether states are condensed: unless asked for, where a horizon has no more free inputs than the model states.
+
+    Wide models are condensed too where nothing needs maps of the stages, see `sweeps`.
+    """
     return solver == "condensing" or (solver == "auto" and _free_inputs(problem) <= len(problem.model.states))
 
 
 def sweeps(problem: Problem, solver: str) -> bool:
     """Whether Riccati sweeps need the stages' maps, even of models so wide that condensing goes without.
 
-    Unless asked for, they are faster where free inputs outnumber such a model's states by far.
+    Unless asked for, where there are `MOST_FREE_INPUTS` for each of its states.
     """
     many = _free_inputs(problem) > MOST_FREE_INPUTS * len(problem.model.states)
     return solver == "riccati" or (solver == "auto" and many)

@@ -81,20 +81,21 @@ def _attempt(conditions: Conditions, program: SparseProgram, most: int, accuracy
     # What proves, or seems to prove, that there is no solution is nowhere near one.
     infeasible = outcome == piqp.PIQP_PRIMAL_INFEASIBLE
     solution = _polished(conditions, conditions.origin if infeasible or not start.finite else start)
-    # Huge states may look as if they were to blame.
+    # Huge states may look like a proof.
     if infeasible and solution.status is not Status.OPTIMAL and _may_refuse(program):
         return replace(solution, status=Status.SOLVER_FAILED)
     return solution
 
 
 def _may_refuse(program: SparseProgram) -> bool:
-    """Whether hard rows may refuse all inputs: surely not where they have no states and leave some."""
+    """Whether hard rows may refuse all inputs: not if they have no states and leave some; else no one knows."""
     hard, n = np.isinf(program.l1), len(program.lower)
-    rows = program.rows[hard].toarray()
-    if not hard.any() or rows[:, n:].any():
+    rows = program.rows.tocsr()[hard]
+    if not hard.any() or rows[:, n:].nnz:
         return bool(hard.any())
     from scipy.optimize import linprog  # not needed by the compiled backends
 
+    rows = rows.toarray()
     within, ends = np.vstack([rows, -rows])[:, :n], np.r_[program.row_upper[hard], -program.row_lower[hard]]
     finite, bounds = np.isfinite(ends), np.c_[program.lower, program.upper]
     result: Any = linprog(np.zeros(n), within[finite], ends[finite], bounds=bounds)
