@@ -212,7 +212,7 @@ static void soak(const fixture *f, long steps) {
 int main(int count, char **arguments) {
     const long steps = count > 1 ? strtol(arguments[1], NULL, 10) : 10000;
     if (count > 2) random_state = strtoull(arguments[2], NULL, 10);
-    printf("%-14s  optimal     soft   budget   failed reference measured exhausted\n", "steps");
+    printf("%-14s  optimal     soft   budget      ill   failed reference measured exhausted\n", "steps");
     for (int i = 0; i < FIXTURES; ++i) soak(&fixtures[i], (steps + FIXTURES - 1 - i) / FIXTURES);
     return finish();
 }
