@@ -77,8 +77,8 @@ static WITHIN void finish_gains(riccati *r, const layout *p, int nu, double *res
         }
 }
 
-/* Columns of the closed loop F - G K at a stage, in r->closed (zeta, ld). A call may cost what passed sizes are as constants, so it
- * finds them itself. */
+/* Columns of the closed loop F - G K at a stage, in r->closed (zeta, ld). It finds sizes itself: passed to a call, they are no
+ * constants. */
 static void close_loop(riccati *r, int k) {
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);

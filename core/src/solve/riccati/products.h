@@ -75,7 +75,8 @@ static WITHIN void product(const double *X, ptrdiff_t x_row, ptrdiff_t x_column,
     if (rows == 1) product_rows(X, x_row, x_column, Y, ld, count, to, width, before, 1);
 }
 
-/* The same for a symmetric result, if `add` of what is there too, from its row `first` on: of each four rows only the columns up to their own four. */
+/* The same for a symmetric result, added to what is there if `add`, from its row `first` on: of each four rows only the columns
+ * up to their own four. */
 static WITHIN void product_lower(const double *X, ptrdiff_t x_row, ptrdiff_t x_column, int first, int rows, const double *Y,
                                  int ld, int count, double *to, int add) {
     const onto before = add ? what_is_there : nothing_else;

@@ -9,8 +9,6 @@ import numpy as np
 
 from rumo.signals import Array
 
-# An interior-point method takes values beyond this as infinite.
-INFINITE = 1e30
 # By how much, in ranges, limits give way to their forces on the way to a solution, and in the factor that polishes it.
 PROXIMAL = 1e-8
 # Forces and violations below this share of what an input's range stands for are as good as none.
@@ -240,19 +238,6 @@ class Conditions:
         terms = abs(E) @ np.abs(q) + np.abs(self.e)
         lacking = np.abs(unmet) / self._largest(terms, self.signals[self.inputs :])
         return float(max(unbalanced.max(), lacking.max(initial=0.0), excess[hard].max(initial=0.0)))
-
-    def with_slacks(self, program: SparseProgram) -> tuple[Any, ...]:
-        """Matrices and limits as PIQP takes them, a slack variable for each soft row after the others."""
-        n, nq, m = self.inputs, len(self.g), len(program.row_upper)
-        soft = np.flatnonzero(np.isfinite(program.l1))
-        s, size, p = nq + np.arange(len(soft)), nq + len(soft), len(self.e)
-        hessian = sparse((size, size), entries(self.H), (2.0 * self.cost * program.l2[soft], s, s))
-        rows = sparse((m, size), entries(program.rows), (np.full(len(soft), -1.0), soft, s))
-        lower, upper = np.full(size, -np.inf), np.full(size, np.inf)
-        lower[:n], upper[:n], lower[s] = program.lower, program.upper, 0.0
-        limits = (np.clip(limit, -INFINITE, INFINITE) for limit in (program.row_lower, program.row_upper, lower, upper))
-        gradient = np.r_[self.g, self.cost * program.l1[soft]]
-        return hessian, gradient, sparse((p, size), entries(self.E)), self.e, rows, *limits
 
     def _largest(self, sizes: Array, signals: np.ndarray) -> Array:
         """For each entry, the largest of its signal, not less than what a millionth of a range stands for."""

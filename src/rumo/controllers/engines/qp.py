@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from rumo.controllers.engines.conditions import INFINITE, KKT_TOLERANCE, Conditions, Point, SparseProgram
+from rumo.controllers.engines.conditions import KKT_TOLERANCE, Conditions, Point, SparseProgram, entries, sparse
 from rumo.controllers.settings import QpOptions
 from rumo.signals import Array
 from rumo.status import Status
 
+# PIQP takes values beyond this as infinite.
+INFINITE = 1e30
 # Accuracy with which a program has to be infeasible; PIQP's own, 1e-4, gives up what weights of 1e6 ask for.
 INFEASIBLE = 1e-8
 # Accuracy of an interior point that is tried where a coarser one does not show what is active: prices beyond 1e8.
@@ -71,7 +73,7 @@ def _attempt(conditions: Conditions, program: SparseProgram, most: int, accuracy
     solver.settings.eps_abs = solver.settings.eps_rel = accuracy
     solver.settings.kkt_solver = piqp.sparse_ldlt_eq_cond  # on unstable plants, others stall in one case of ten
     solver.settings.eps_primal_inf = solver.settings.eps_dual_inf = INFEASIBLE
-    solver.setup(*conditions.with_slacks(program))
+    solver.setup(*_with_slacks(conditions, program))
     outcome, result = solver.solve(), solver.result
     n, size = len(program.lower), len(program.gradient)
     if outcome == piqp.PIQP_MAX_ITER_REACHED and most <= ENOUGH:
@@ -87,12 +89,28 @@ def _attempt(conditions: Conditions, program: SparseProgram, most: int, accuracy
     return solution
 
 
+def _with_slacks(conditions: Conditions, program: SparseProgram) -> tuple[Any, ...]:
+    """Matrices and limits as PIQP takes them, a slack variable for each soft row after the others."""
+    n, nq, m, p = len(program.lower), len(program.gradient), len(program.row_upper), len(program.ends)
+    soft = np.flatnonzero(np.isfinite(program.l1))
+    s, size, cost = nq + np.arange(len(soft)), nq + len(soft), conditions.cost
+    hessian = sparse((size, size), entries(conditions.H), (2.0 * cost * program.l2[soft], s, s))
+    rows = sparse((m, size), entries(program.rows), (np.full(len(soft), -1.0), soft, s))
+    lower, upper = np.full(size, -np.inf), np.full(size, np.inf)
+    lower[:n], upper[:n], lower[s] = program.lower, program.upper, 0.0
+    limits = (np.clip(limit, -INFINITE, INFINITE) for limit in (program.row_lower, program.row_upper, lower, upper))
+    gradient = np.r_[conditions.g, cost * program.l1[soft]]
+    return hessian, gradient, sparse((p, size), entries(program.equations)), program.ends, rows, *limits
+
+
 def _may_refuse(program: SparseProgram) -> bool:
     """Whether hard rows may refuse all inputs: not if they have no states and leave some; else no one knows."""
     hard, n = np.isinf(program.l1), len(program.lower)
     rows = program.rows.tocsr()[hard]
-    if not hard.any() or rows[:, n:].nnz:
-        return bool(hard.any())
+    if not hard.any():
+        return False
+    if rows[:, n:].nnz:
+        return True
     from scipy.optimize import linprog  # not needed by the compiled backends
 
     rows = rows.toarray()
