@@ -10,6 +10,8 @@
 
 /* Steps below this share of the inputs' ranges are rounding. */
 #define NO_STEP 1e-12
+/* The most that a state may be multiplied by within an interval. */
+#define FASTEST_GROWTH 1e8
 
 /* A guess of a state at rest, with the last input decided. */
 static void start_guess(rumo_controller *ctl, const double *x) {
@@ -56,6 +58,17 @@ static double straying(const stage_maps *m) {
     return worst;
 }
 
+/* Whether a state is multiplied by so much within an interval that rounding is all that is left of those after it. */
+static int runs_away(const stage_maps *m) {
+    const dims *s = &m->s;
+    double largest = 0.0;
+    for (int r = 0; !is_wide(m) && r < s->nx; ++r)
+        for (int e = m->map.start[r]; e < m->end_of_A[r]; ++e)
+            for (int k = 0; m->map.column[e] == r && k < s->N; ++k)
+                largest = larger(largest, fabs(m->maps[(ptrdiff_t)e * s->lanes + k]));
+    return largest > FASTEST_GROWTH;
+}
+
 /* Linearise about the guess, and let the solver prepare; what it keeps of the sample before is shifted once. OPTIMAL, or why
  * there can be no solution. */
 static rumo_status linearize(rumo_controller *ctl) {
@@ -63,6 +76,7 @@ static rumo_status linearize(rumo_controller *ctl) {
     const int usable = linearise(m, last_decided(&ctl->guard));
     ctl->linearized_at = seconds_now();
     if (!usable) return RUMO_SOLVER_FAILED;
+    if (runs_away(m)) return RUMO_ILL_CONDITIONED;
     if (!solver_of(&ctl->problem.sizes)->prepare(&ctl->solving, m, ctl->behind)) return RUMO_ILL_CONDITIONED;
     solver_of(&ctl->problem.sizes)->reach(&ctl->solving, ctl->s.N, m->reach);
     ctl->behind = 0;

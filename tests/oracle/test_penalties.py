@@ -91,6 +91,32 @@ def test_a_price_beyond_all_measure_does_not_reach_what_is_beside_it(price, hori
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize(("gain", "start", "wanted", "before"), [(1.0, -1.4, -0.9, -0.1), (-1.0, 1.9, 0.8, 0.7)])
+def test_no_input_is_at_two_bounds(gain, start, wanted, before, backend):
+    """Beside a price of 1e12 rounding hides the forces that keep some inputs at a bound; 1e3 has the same plan."""
+
+    def lag(price):
+        return rumo.Problem(
+            rumo.Model(states={"x": "1"}, inputs={"u": "1"}, dynamics=lambda x, u, p: {"x": gain * u.u - 6.0 * x.x}),
+            horizon=5,
+            sampling_time=0.1,
+            track={"x": rumo.Weight(1.0)},
+            moves={"u": rumo.Weight(0.01, range=2.0)},
+            bounds={"u": (-1.0, 1.0), "x": rumo.Bounds(-0.3, 0.2, rumo.Penalty(price))},
+        )
+
+    controllers = [
+        made_with(lag(1e12), backend, rumo.ExplicitEuler(), gate=None),
+        rumo.DirectNlp(lag(1e3), rumo.ExplicitEuler(), gate=None, tolerance=1e-11),
+    ]
+    for controller in controllers:
+        controller.reset(applied=[before])
+    plan, oracle = (controller.step([start], {"x": wanted}) for controller in controllers)
+    assert plan.status is oracle.status is rumo.Status.SOFT_VIOLATED
+    np.testing.assert_allclose(plan.u.values, oracle.u.values, atol=1e-6)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("l2", [1e8, 1e9])
 def test_a_steep_bound_out_of_reach_is_solved(l2, backend):
     """The pendulum turns faster than its torque can stop: that sits at its bound, and forces of 1e9 balance."""

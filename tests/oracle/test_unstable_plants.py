@@ -138,6 +138,44 @@ def test_at_limits(backend, limits, plant, horizon, growth):
         assert plan.status is oracle.status
 
 
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize(
+    ("plant", "horizon", "growth"), [("pair", 60, 18), ("two poles", 60, 18), ("unstable and stable", 100, 18)]
+)
+def test_bounds_hold_as_exactly_late_as_early(plant, horizon, growth, backend):
+    """The first inputs do e^growth times as much to the last states, but earlier states are at their bounds as well."""
+    bound = rumo.Bounds(-0.04, 0.01, rumo.Penalty(10.0, 1.0))
+    changes = {"moves": {"u": rumo.Weight(100.0, range=2.0)}, "bounds": {"x0": bound}}
+    problem, _, _ = linear(plant, horizon, growth, delay=1, **changes)
+    x, wanted = [0.02, -0.01], {"x0": -0.8, "x1": 0.3}
+    oracle = converged(problem, rumo.ExplicitEuler(), x, wanted)
+    controller = made_with(problem, backend, rumo.ExplicitEuler(), gate=None)
+    tolerance = rumo.QpOptions().tolerance  # not as fine as elsewhere in tests
+    controller.configure(qp=dataclasses.replace(controller.settings.qp, tolerance=tolerance))
+    plan = controller.step(x, wanted)
+    assert plan.status is oracle.status is rumo.Status.OPTIMAL
+    np.testing.assert_allclose(plan.u.values, oracle.u.values, atol=RIGHT)
+
+
+@pytest.mark.parametrize("backend", [*BACKENDS, "tailored"])
+@pytest.mark.parametrize(("scheme", "pole"), [(rumo.ImplicitEuler(), 10.0), (rumo.ImplicitMidpoint(), 20.0)])
+def test_a_scheme_next_to_its_own_pole_solves_nothing(scheme, pole, backend):
+    """An interval multiplies the state by 1e9, and with it the rounding of all that is known of it."""
+    model = rumo.Model(
+        states={"x": "1"}, inputs={"u": "1"}, dynamics=lambda x, u, p: {"x": pole * (1.0 - 1e-9) * x.x + u.u}
+    )
+    problem = rumo.Problem(
+        model,
+        horizon=10,
+        sampling_time=0.1,
+        track={"x": rumo.Weight(1.0)},
+        moves={"u": rumo.Weight(0.01, range=2.0)},
+        bounds={"u": (-1.0, 1.0)},
+    )
+    plan = made_with(problem, backend, scheme, gate=None).step([0.1], {"x": 0.3})
+    assert plan.cause is rumo.Status.ILL_CONDITIONED
+
+
 RUNAWAY = rumo.Bounds(-0.03, 0.03, rumo.Penalty(1e-3, 1.0))
 """Of states far beyond it: nearly all of these rows give way, and nearly all inputs are at bounds."""
 

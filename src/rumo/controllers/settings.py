@@ -125,7 +125,7 @@ class Settings(LtvSettings):
     ----------
     sqp_iterations : int
         Linearisations and QPs per step; 1 is the real-time iteration, more is sequential quadratic
-        programming with full steps.
+        programming with full steps. If a later QP fails, plan and status are those of the iteration before.
     preparation_iterations : int
         Iterations in each preparation, on the state predicted for the next sample and with the reference of the last:
         the advanced-step real-time iteration (Nurkanovic et al., 2019). Feedback takes no longer for them.

@@ -119,14 +119,19 @@ class Conditions:
         for _ in range(ACTIVE_SETS):
             where = self.C @ point.q - self.c + point.mu
             state = (where > 0.0).astype(int) + (where > self.l1)
-            if before is not None and (state == before).all():
-                return point, last
-            if moved <= KKT_TOLERANCE and self.residual(point) <= KKT_TOLERANCE:
-                break  # limits come and go with rounding
+            if before is not None:
+                if (state == before).all():
+                    return point, last
+                if moved <= KKT_TOLERANCE and self._holds(point, before) and self.residual(point) <= KKT_TOLERANCE:
+                    return point, moved  # limits come and go with rounding
             start, before = point, state
             point, last = self._minimise_on(state, start)
             moved = max(last, self._change(point.q - start.q))
-        return point, moved
+        return point, np.inf
+
+    def _holds(self, point: Point, state: np.ndarray) -> bool:
+        """Whether active limits hold at a point: they cannot all where there are too many of them."""
+        return bool((np.abs(self.C @ point.q - self.c)[state == 1] <= KKT_TOLERANCE).all())
 
     def approach(self, point: Point) -> Point:
         """A point near the minimiser, from anywhere, and however many limits meet there.

@@ -7,7 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from rumo.controllers.engines.conditions import KKT_TOLERANCE, Conditions, Point, SparseProgram, entries, sparse
+from rumo.controllers.engines.conditions import (
+    KKT_TOLERANCE,
+    Conditions,
+    Point,
+    SparseProgram,
+    entries,
+    factored,
+    sparse,
+)
 from rumo.controllers.settings import QpOptions
 from rumo.signals import Array
 from rumo.status import Status
@@ -104,19 +112,26 @@ def _with_slacks(conditions: Conditions, program: SparseProgram) -> tuple[Any, .
 
 
 def _may_refuse(program: SparseProgram) -> bool:
-    """Whether hard rows may refuse all inputs: not if they have no states and leave some; else no one knows."""
-    hard, n = np.isinf(program.l1), len(program.lower)
-    rows = program.rows.tocsr()[hard]
-    if not hard.any():
-        return False
-    if rows[:, n:].nnz:
-        return True
+    """Whether no inputs satisfy the hard rows, each in units of what the inputs' ranges do to it; or no one knows."""
     from scipy.optimize import linprog  # not needed by the compiled backends
 
-    rows = rows.toarray()
-    within, ends = np.vstack([rows, -rows])[:, :n], np.r_[program.row_upper[hard], -program.row_lower[hard]]
+    hard, n = np.isinf(program.l1), len(program.lower)
+    if not hard.any():
+        return False
+    rows, E, e = program.rows.tocsr()[hard], program.equations, program.ends
+    factor = factored(E[:, n:]) if len(e) else None
+    moved, fixed = np.zeros((len(e), n)), np.zeros(len(e))
+    if factor is not None:
+        moved, fixed = -factor.solve(E[:, :n].toarray()), factor.solve(e)
+    row, begin = rows[:, :n].toarray() + rows[:, n:] @ moved, rows[:, n:] @ fixed
+    within = np.vstack([row, -row])
+    ends = np.r_[program.row_upper[hard] - begin, begin - program.row_lower[hard]]
+    size = np.abs(within).max(axis=1)
+    size[size == 0.0] = 1.0
     finite, bounds = np.isfinite(ends), np.c_[program.lower, program.upper]
-    result: Any = linprog(np.zeros(n), within[finite], ends[finite], bounds=bounds)
+    if not np.isfinite(within).all():
+        return True
+    result: Any = linprog(np.zeros(n), (within / size[:, None])[finite], (ends / size)[finite], bounds=bounds)
     return result.status == 2  # infeasible
 
 
