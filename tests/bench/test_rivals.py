@@ -1,5 +1,7 @@
 """Rivals from pip alone solve the problem that is ours."""
 
+import shutil
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,18 @@ def test_casadi_finds_the_commands_of_the_drive(recording, qp_solver, far):
             commands.append(rival.feedback(x, reference))
         difference = (np.array(commands[:-1]) - recording.applied[1:, -1]) / recording.problem.input_scales
         assert np.abs(difference).max() < far
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="CasADi calls gcc")
+@pytest.mark.skipif(not installed("casadi-osqp"), reason="this CasADi has no osqp")
+def test_compiled_casadi_does_the_same_and_leaves_no_files(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    recording = record("easy", 2, 1)
+    rivals = [CasadiSqp(recording.problem, "osqp", compiled=compiled) for compiled in (False, True)]
+    commands = [rival.feedback(recording.x[0], recording.reference[0]) for rival in rivals]
+    assert commands[0].all()
+    np.testing.assert_allclose(*commands, rtol=1e-6)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.skipif(not installed("do-mpc"), reason="do-mpc is installed apart from the package")
