@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 LIMIT = 4000
@@ -21,29 +21,23 @@ def elimination_source(tables: Mapping[str, Any], name: str, horizon: int) -> st
     horizon : int
         Number N of stages.
     """
+    arguments = [
+        "const double *restrict unit",
+        "double patience",
+        "const double *restrict terms",
+        "double *restrict result",
+        "double *restrict lack",
+    ]
     in_order = len(tables["elimination_size"]) and not tables["elimination_sparse"].any()
-    wanted = in_order and _products(tables) <= LIMIT
-    lines = list(_Writer(tables).statements()) if wanted else None
-    if lines is None:
-        body = "return 0;"
-    else:
-        statements = "\n        ".join(lines)
-        body = f"""\
-enum {{ LANES_ALL = ({horizon} + LANES - 1) / LANES * LANES }};
-    for (int k = 0; k < LANES_ALL; ++k) {{
-        double most = 0.0, worst = 0.0, odd0 = 0.0, odd1 = 0.0, odd2 = 0.0, odd3 = 0.0;
-        {statements}
-        (void)most;
-        lack[k] = worst + ((odd0 + odd1) + (odd2 + odd3));
-    }}
-    return 1;"""
-    return f"""\
-static int {name}(const double *restrict unit, double patience, const double *restrict terms,
-    double *restrict result, double *restrict lack) {{
-    (void)unit, (void)patience, (void)terms, (void)result, (void)lack;
-    {body}
-}}
-"""
+    if not in_order or _products(tables) > LIMIT:
+        return _function(name, arguments, [], horizon)
+    statements = [
+        "double most = 0.0, worst = 0.0, odd0 = 0.0, odd1 = 0.0, odd2 = 0.0, odd3 = 0.0;",
+        *_Writer(tables).statements(),
+        "(void)most;",
+        "lack[k] = worst + ((odd0 + odd1) + (odd2 + odd3));",
+    ]
+    return _function(name, arguments, statements, horizon)
 
 
 def _products(tables: Mapping[str, Any]) -> int:
@@ -65,25 +59,33 @@ def composition_source(tables: Mapping[str, Any], name: str, horizon: int) -> st
     horizon : int
         Number N of stages.
     """
+    arguments = ["const double *restrict result", "const double *restrict before", "double *restrict after"]
+    if not 0 < len(tables["composition_product"]) <= LIMIT:
+        return _function(name, arguments, [], horizon)
     product = iter(tables["composition_product"].tolist())
-    lines: list[str] = []
+    statements: list[str] = []
     for e, (own, count) in enumerate(zip(tables["composition_own"], tables["composition_products"], strict=True)):
         terms = [f"result[{own} * LANES_ALL + k]"] if own >= 0 else []
         pairs = [next(product) for _ in range(count)]
         terms += [f"result[{a} * LANES_ALL + k] * before[{b} * LANES_ALL + k]" for a, b in pairs]
-        lines.append(f"after[{e} * LANES_ALL + k] = {' + '.join(terms) or '0.0'};")
-    statements = "\n        ".join(lines)
-    body = f"""\
+        statements.append(f"after[{e} * LANES_ALL + k] = {' + '.join(terms) or '0.0'};")
+    return _function(name, arguments, statements, horizon)
+
+
+def _function(name: str, arguments: Sequence[str], statements: Sequence[str], horizon: int) -> str:
+    """A function in C of statements for each stage, k, that returns whether there are any."""
+    body = "return 0;"
+    if statements:
+        inner = "\n        ".join(statements)
+        body = f"""\
 enum {{ LANES_ALL = ({horizon} + LANES - 1) / LANES * LANES }};
     for (int k = 0; k < LANES_ALL; ++k) {{
-        {statements}
+        {inner}
     }}
     return 1;"""
-    if not 0 < len(tables["composition_product"]) <= LIMIT:
-        body = "return 0;"
     return f"""\
-static int {name}(const double *restrict result, const double *restrict before, double *restrict after) {{
-    (void)result, (void)before, (void)after;
+static int {name}({", ".join(arguments)}) {{
+    {", ".join(f"(void){argument.split()[-1]}" for argument in arguments)};
     {body}
 }}
 """
