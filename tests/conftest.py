@@ -25,5 +25,18 @@ def little_to_collect():
     gc.unfreeze()
 
 
+@pytest.fixture(scope="session")
+def shared_folder(tmp_path_factory):
+    """A folder of this test run, the same for all workers."""
+    base = tmp_path_factory.getbasetemp()
+    return base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+
+@pytest.fixture
+def kept_builds(shared_folder, monkeypatch):
+    """Tailored builds are kept for the rest of this test run."""
+    monkeypatch.setenv("RUMO_CACHE", str(shared_folder / "builds"))
+
+
 def pytest_sessionfinish():
     gc.unfreeze()

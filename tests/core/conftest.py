@@ -1,7 +1,6 @@
 """The problems as C headers, and the core in several builds: made once in a test run."""
 
 import fcntl
-import os
 import tempfile
 from pathlib import Path
 
@@ -10,10 +9,9 @@ from compiling import SANITIZERS, compile_core, compiler, tailored_flags
 from fixtures import fixture_header, fixtures, pattern_header, tailored_model
 
 
-def made_once(factory, name, make):
+def made_once(shared_folder, name, make):
     """A folder that the first worker fills, and all others share."""
-    base = factory.getbasetemp()
-    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / name
+    folder = shared_folder / name
     with folder.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not folder.exists():
@@ -30,18 +28,18 @@ def write_fixtures(folder, chosen):
 
 
 @pytest.fixture(scope="session")
-def headers(tmp_path_factory):
+def headers(shared_folder):
     """A folder with fixtures.h and patterns.h."""
 
     def make(folder):
         write_fixtures(folder, fixtures())
         (folder / "patterns.h").write_text(pattern_header(), encoding="utf-8")
 
-    return made_once(tmp_path_factory, "headers", make)
+    return made_once(shared_folder, "headers", make)
 
 
 @pytest.fixture(scope="session")
-def tailored_headers(tmp_path_factory):
+def tailored_headers(shared_folder):
     """A folder with fixtures.h of the paper's car alone, and what a build tailored to it needs: tailored.h, model.h."""
 
     def make(folder):
@@ -51,11 +49,11 @@ def tailored_headers(tmp_path_factory):
         (folder / "tailored.h").write_text(defines, encoding="utf-8")
         (folder / "model.h").write_text(model, encoding="utf-8")
 
-    return made_once(tmp_path_factory, "tailored", make)
+    return made_once(shared_folder, "tailored", make)
 
 
 @pytest.fixture(scope="session")
-def core_of(tmp_path_factory, tailored_headers):
+def core_of(shared_folder, tailored_headers):
     """The core as an object file: fast, sanitized, that with hardly any room for members, or tailored and sanitized."""
     builds = {
         "fast": ("-O2", "-Wshadow"),
@@ -66,7 +64,7 @@ def core_of(tmp_path_factory, tailored_headers):
 
     def make(name):
         folder = made_once(
-            tmp_path_factory, f"core-{name}", lambda folder: compile_core(compiler(), folder / "core.o", *builds[name])
+            shared_folder, f"core-{name}", lambda folder: compile_core(compiler(), folder / "core.o", *builds[name])
         )
         return folder / "core.o"
 

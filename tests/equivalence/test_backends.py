@@ -262,12 +262,6 @@ def assert_same(problem, first, second, tolerance):
     np.testing.assert_allclose(second.z.values / size, first.z.values / size, rtol=0.0, atol=tolerance)
 
 
-@pytest.fixture
-def cache(tmp_path_factory, monkeypatch):
-    """A folder for tailored builds, the same for all tests."""
-    monkeypatch.setenv("RUMO_CACHE", str(tmp_path_factory.getbasetemp() / "tailored"))
-
-
 def test_every_model_is_here():
     assert set(CASES) == set(MODELS)
 
@@ -291,13 +285,13 @@ def test_portable_equals_reference(name, horizon, delay, penalty):
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.slow if name in RARELY_BUILT else ()) for name in CASES]
 )
-def test_tailored_equals_portable(name, cache):
+def test_tailored_equals_portable(name, kept_builds):
     for penalty in (PENALTY, None):
         compare(CASES[name], 16, 1, penalty, ("portable", "tailored"), 1e-9)
 
 
 @pytest.mark.parametrize("backend", ["portable", "tailored"])
-def test_where_a_pivot_vanishes(backend, cache):
+def test_where_a_pivot_vanishes(backend, kept_builds):
     """What is stiff at set-up has the first pivot, 1 - T growth; at some stages that is next to nothing."""
     period = 0.125
     model = rumo.Model(
@@ -335,7 +329,7 @@ def test_every_scheme_portable_equals_reference(scheme, model, horizon, delay):
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=() if name in BUILT else pytest.mark.slow) for name in SCHEMES]
 )
-def test_every_scheme_tailored_equals_portable(name, cache):
+def test_every_scheme_tailored_equals_portable(name, kept_builds):
     model = "cart_pendulum" if SCHEMES[name].explicit else "robertson_dae"
     compare(CASES[model], 9, 2, PENALTY, ("portable", "tailored"), 1e-9, SCHEMES[name])
 
@@ -420,13 +414,13 @@ def test_wide_model_without_a_pivot_on_the_diagonal(monkeypatch):
         assert_same(problem, first, second, 1e-9)
 
 
-def test_wide_models_tailored_equals_portable(cache):
+def test_wide_models_tailored_equals_portable(kept_builds):
     compare(WIDE["pipeline"], 9, 2, PENALTY, ("portable", "tailored"), 1e-9, rumo.Radau2(substeps=2))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("scheme", "model"), SCHEMES_OF_MODELS)
-def test_every_scheme_tailored_equals_portable_for_every_model(scheme, model, cache):
+def test_every_scheme_tailored_equals_portable_for_every_model(scheme, model, kept_builds):
     for penalty in PENALTIES.values():
         compare(CASES[model], 9, 2, penalty, ("portable", "tailored"), 1e-9, scheme)
 
@@ -434,7 +428,7 @@ def test_every_scheme_tailored_equals_portable_for_every_model(scheme, model, ca
 @pytest.mark.slow
 @pytest.mark.parametrize(("horizon", "delay"), HORIZONS)
 @pytest.mark.parametrize("name", CASES)
-def test_tailored_equals_portable_and_reference(name, horizon, delay, cache):
+def test_tailored_equals_portable_and_reference(name, horizon, delay, kept_builds):
     for penalty in PENALTIES.values():
         compare(CASES[name], horizon, delay, penalty, ("portable", "tailored"), 1e-9)
         compare(CASES[name], horizon, delay, penalty, ("reference", "tailored"), 1e-7)

@@ -90,8 +90,7 @@ def test_inputs_that_hardly_reach_states():
 
 
 @pytest.mark.parametrize("case", ["growing", "held_inputs", "all_at_once"])
-def test_tailored_equals_portable(case, tmp_path_factory, monkeypatch):
-    monkeypatch.setenv("RUMO_CACHE", str(tmp_path_factory.getbasetemp() / "tailored"))
+def test_tailored_equals_portable(case, kept_builds):
     problem = problem_of(case)
     controllers = [
         rumo.RealTimeIteration(problem, rumo.Radau2(), qp=EXACT, backend=b) for b in ("portable", "tailored")

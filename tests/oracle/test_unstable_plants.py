@@ -340,6 +340,7 @@ def slopes_by_inputs(problem, guess_x, guess_u, x, wanted, before, u):
     return np.array(slope[::-1]).astype(float), hard.astype(float)
 
 
+@pytest.mark.usefixtures("kept_builds")
 @pytest.mark.parametrize("backend", ["riccati", "tailored"])
 @pytest.mark.parametrize("name", WILD)
 def test_guesses_beyond_all_measure(name, backend):
@@ -372,7 +373,8 @@ def flat(horizon, growth, move, blocks):
     model = rumo.Model(
         states={"x": "1"},
         inputs={"u": "1", "v": "1"},
-        dynamics=lambda x, u, p: {"x": rate * (x.x + u.u + 0.7 * u.v)},
+        parameters={"rate": rumo.Parameter("1", rate)},
+        dynamics=lambda x, u, p: {"x": p.rate * (x.x + u.u + 0.7 * u.v)},
     )
     return rumo.Problem(
         model,
@@ -407,6 +409,7 @@ def held_exactly(problem, blocks, x, target, before):
     return -H[:, n].astype(float).reshape(-1, 2)[which]
 
 
+@pytest.mark.usefixtures("kept_builds")
 @pytest.mark.parametrize("backend", [*BACKENDS, "tailored"])
 @pytest.mark.parametrize(
     ("blocks", "growth", "move"),
