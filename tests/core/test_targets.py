@@ -7,10 +7,18 @@ import pytest
 from compiling import compile_core, compile_test, run_c, tailored_flags
 
 pytest.importorskip("ziglang", reason="the package ziglang is not installed")
+pytestmark = pytest.mark.slow
 
-FIRST = ("aarch64-linux-gnu", "aarch64-macos", "x86_64-windows-gnu")
-OTHERS = ("x86_64-linux-gnu", "x86_64-linux-musl", "riscv64-linux-musl", "x86_64-macos", "aarch64-windows-gnu")
-TARGETS = (*FIRST, *(pytest.param(target, marks=pytest.mark.slow) for target in OTHERS))
+TARGETS = (
+    "aarch64-linux-gnu",
+    "aarch64-macos",
+    "aarch64-windows-gnu",
+    "riscv64-linux-musl",
+    "x86_64-linux-gnu",
+    "x86_64-linux-musl",
+    "x86_64-macos",
+    "x86_64-windows-gnu",
+)
 EMULATED = "aarch64-linux-musl"
 EMULATOR = shutil.which("qemu-aarch64") or shutil.which("qemu-aarch64-static")
 PROGRAMS = ("test_elementary", "test_elimination", "test_factorization", "test_qp", "test_steps")
@@ -26,7 +34,7 @@ def test_portable_core_compiles_without_warnings(target, tmp_path):
     compile_core(zig(target), tmp_path / "core.o", "-O2")
 
 
-@pytest.mark.parametrize("target", ["x86_64-windows-gnu", pytest.param("aarch64-macos", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("target", ["x86_64-windows-gnu", "aarch64-macos"])
 def test_tailored_core_compiles_without_warnings(target, tailored_headers, tmp_path):
     compile_core(zig(target), tmp_path / "core.o", "-O2", *tailored_flags(tailored_headers))
 
@@ -37,7 +45,6 @@ def run_emulated(program, headers, tmp_path, *arguments):
     run_c(EMULATOR, made, *arguments)
 
 
-@pytest.mark.slow
 @needs_emulator
 @pytest.mark.parametrize("program", PROGRAMS)
 def test_in_c_on_arm(program, headers, tmp_path):
@@ -45,6 +52,5 @@ def test_in_c_on_arm(program, headers, tmp_path):
 
 
 @needs_emulator
-@pytest.mark.parametrize("steps", [1_000, pytest.param(20_000, marks=pytest.mark.slow)])
-def test_random_steps_on_arm(steps, headers, tmp_path):
-    run_emulated("soak", headers, tmp_path, steps)
+def test_random_steps_on_arm(headers, tmp_path):
+    run_emulated("soak", headers, tmp_path, 20_000)

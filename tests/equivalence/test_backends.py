@@ -214,10 +214,10 @@ SCHEMES = {name: scheme() for name, scheme in DISCRETIZATIONS.items()} | {
     "2 gauss2": rumo.Gauss2(substeps=2),
     "40 rk4": rumo.Rk4(substeps=40),
 }
-# A tailored core takes seconds to build: one scheme of each kind (one stage, two steps, coupled stages, substeps),
-# and of the wide models the one that has algebraic variables.
-RARELY_BUILT = ("heat_rod", "tubular_reactor", "mass_chain")
-BUILT = ("implicit-euler", "bdf2", "radau3", "40 rk4")
+# A tailored core takes seconds to build: one scheme of each kind (one stage, two steps, coupled stages, substeps) of a
+# model with algebraic variables, cars, a reactor, and of the wide models the one that has algebraic variables.
+BUILT_MODELS = ("dynamic_bicycle", "four_wheel", "van_de_vusse_reactor", "gas_pipeline")
+BUILT_SCHEMES = ("implicit-euler", "bdf2", "radau3", "40 rk4")
 NOT_STIFF = ("cart_pendulum", "van_de_vusse_reactor")
 SCHEMES_OF_MODELS = [
     pytest.param(scheme, model, id=f"{name}-{model}")
@@ -283,7 +283,7 @@ def test_portable_equals_reference(name, horizon, delay, penalty):
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name in RARELY_BUILT else ()) for name in CASES]
+    "name", [pytest.param(name, marks=() if name in BUILT_MODELS else pytest.mark.slow) for name in CASES]
 )
 def test_tailored_equals_portable(name, kept_builds):
     for penalty in (PENALTY, None):
@@ -320,14 +320,20 @@ def test_where_a_pivot_vanishes(backend, kept_builds):
         assert_same(problem, first, second, 1e-9)
 
 
-@pytest.mark.parametrize(("horizon", "delay"), [(1, 0), (9, 2), (16, 0)])
-@pytest.mark.parametrize(("scheme", "model"), SCHEMES_OF_MODELS)
+@pytest.mark.parametrize(
+    ("scheme", "model", "horizon", "delay"),
+    [
+        pytest.param(*pair.values, *size, id=f"{pair.id}-{size[0]}", marks=() if i % 3 == j else pytest.mark.slow)
+        for i, pair in enumerate(SCHEMES_OF_MODELS)
+        for j, size in enumerate([(1, 0), (9, 2), (16, 0)])  # any two together, all three in slow tests
+    ],
+)
 def test_every_scheme_portable_equals_reference(scheme, model, horizon, delay):
     compare(CASES[model], horizon, delay, PENALTY, BACKENDS, 1e-7, scheme)
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name in BUILT else pytest.mark.slow) for name in SCHEMES]
+    "name", [pytest.param(name, marks=() if name in BUILT_SCHEMES else pytest.mark.slow) for name in SCHEMES]
 )
 def test_every_scheme_tailored_equals_portable(name, kept_builds):
     model = "cart_pendulum" if SCHEMES[name].explicit else "robertson_dae"

@@ -250,6 +250,7 @@ def test_key_depends_on_all_that_matters(monkeypatch):
     assert usual != key(pendulum())
 
 
+@pytest.mark.slow
 def test_zig_as_the_compiler(cache, monkeypatch):
     pytest.importorskip("ziglang", reason="the package ziglang is not installed")
     monkeypatch.setenv("CC", f"{sys.executable} -m ziglang cc")

@@ -71,6 +71,7 @@ def test_ltv_does_not_know_how_much_the_tyres_can_hold(monkeypatch):
         assert np.allclose(*commands, rtol=0.0, atol=1e-6) == same
 
 
+@pytest.mark.slow
 def test_the_filters_lag_makes_ltv_better_and_noise_makes_it_worse(content):
     filtered = runs(content, "noise", 1.0)
     study = LinearizationStudy(("rti", "ltv"), {"noise": (0.0,)})
