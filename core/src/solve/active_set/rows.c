@@ -36,7 +36,7 @@ typedef struct qp_space {
     /* U'^-1 times the slope of the Lagrangian; returns the largest slope, relative to the forces that are balanced there (along
      * the same input, over the horizon) or to what it takes to move a variable by a millionth. */
     double (*slope)(struct qp *, double *rest);
-    /* Sum of |entries| of a combination of members, as a row over v, and its value at v = 0. */
+    /* The most that variables within reach, see room_of(), change a combination of members, and its value at v = 0. */
     double (*size_of)(struct qp *, const double *parts, int members, double *at_zero);
     /* Of working sets with more members than there is room to keep m and L for, NULL where there always is. M has the rows m of
      * the first `members` positions. */
@@ -80,6 +80,16 @@ typedef struct qp {
     double kkt_residual, last_step; /* of the solution; how far refinement moved it: see refinement.c */
     int iterations;
 } qp;
+
+/* Rows that cannot hold together within this distance from the origin are infeasible, and those that cannot within so many times
+ * what the bounds of variables leave. */
+#define REMOTE 1e6
+#define BEYOND_BOUNDS 10.0
+
+/* How far a variable, given its row, may be from the origin. */
+static inline double room_of(const qp *q, int row) {
+    return smaller(REMOTE, BEYOND_BOUNDS * larger(fabs(q->lower[row]), fabs(q->upper[row])));
+}
 
 /* Members whose m and L are kept where they can do without. */
 #ifndef RUMO_KEPT_MEMBERS
