@@ -55,6 +55,15 @@ def test_the_inputs_are_at_bounds_indeed():
     assert 0.3 < shares[2] < 0.95
 
 
+@pytest.mark.parametrize("limits", [{}, {"move_bounds": {"push": (-0.004, 0.004)}}], ids=["bounds", "moves"])
+def test_limits_that_hold_to_the_end_of_the_horizon_are_taken_over(limits):
+    controller = made_with(carriage(20, **limits), "riccati")
+    plans = [controller.step(np.zeros(4), targets(20)[0]) for _ in range(6)]
+    assert np.mean(np.abs(plans[-1].u.values) > 0.01 - 1e-9) == 1.0
+    assert plans[0].iterations > 30
+    assert [plan.iterations for plan in plans[1:]] == 5 * [0]
+
+
 @pytest.mark.parametrize(
     "limits",
     [

@@ -123,6 +123,21 @@ static int riccati_becomes(const qp *q, int row) {
     return row - r->shift;
 }
 
+/* A limit that held at the end of the horizon holds there again, as a first guess: it leaves for less than it costs to join. */
+static void repeat_last(riccati *r) {
+    qp *q = &r->q;
+    for (int i = 0, members = q->count; q->kept && i < members && q->count < q->room; ++i) {
+        const int before = q->member[i], row = before + r->shift;
+        const stage_limit of = limited_by(r, row);
+        if (of.k != r->s.N - 1) continue;
+        if (of.kind == RUMO_PATH_CONSTRAINT && !r->problem->imposed[of.k * r->s.nc + of.index]) continue;
+        stage_row(q, row, (row_state)q->state[before], q->mu[i]);
+        if (q->pending && extend(q, q->count)) ++q->count;
+        else if (q->pending) q->state[row] = INACTIVE;
+        q->pending = 0;
+    }
+}
+
 /* By a sweep back from the stage. */
 static void riccati_reach(void *self, int stages, double *restrict reach) {
     riccati *const r = (riccati *)self;
@@ -166,6 +181,7 @@ OUTSIDE static int riccati_prepare(void *self, const stage_maps *m, int shift) {
     refresh_norms(r, r->norms_at < 0 ? s.N - s.d : (s.N - s.d + NORM_SAMPLES - 1) / NORM_SAMPLES);
     r->shift = shift && unblocked(&s) && r->problem->shift.same_rows;
     renew_members(&r->q, riccati_becomes);
+    if (r->shift) repeat_last(r);
     return 1;
 }
 
