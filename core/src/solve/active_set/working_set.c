@@ -182,14 +182,18 @@ static void renew_members(qp *q, int (*becomes)(const qp *, int row)) {
     if (!q->kept) drop_dependent(q);
 }
 
-/* Let the watch on all rows agree with their limits and states. */
+/* Let the watch on all rows agree with their limits and states; members that have lost their limit leave. */
 static void watch_members(qp *q) {
     copy(q->floor, q->lower, q->rows);
     copy(q->ceiling, q->upper, q->rows);
-    for (int i = 0; i < q->count; ++i) watch(q, q->member[i], (row_state)q->state[q->member[i]]);
+    for (int i = q->count - 1; i >= 0; --i) {
+        const int row = q->member[i], limited = isfinite(q->state[row] == AT_LOWER ? q->lower[row] : q->upper[row]);
+        watch(q, row, limited ? (row_state)q->state[row] : INACTIVE);
+        if (!limited) drop(q, i);
+    }
     for (int r = q->first_soft, left = q->saturated; left > 0 && r < q->rows; ++r)
         if (q->state[r] == SATURATED) {
-            watch(q, r, SATURATED);
+            watch(q, r, isfinite(q->upper[r]) ? SATURATED : INACTIVE);
             --left;
         }
 }
