@@ -41,6 +41,14 @@ RARE static void engage(rumo_controller *ctl, const double *x, const double *u) 
     }
 }
 
+/* The largest size of a number of any interval but the last. */
+static double largest_before_last(const double *lanes, int N) {
+    const int whole = (N - 1) / LANES * LANES;
+    double largest = largest_size(lanes, whole);
+    for (int k = whole; k + 1 < N; ++k) largest = larger(largest, fabs(lanes[k]));
+    return largest;
+}
+
 /* How far the guess is from satisfying the dynamics, over the reach of the inputs; but not where it is extrapolated. */
 static double straying(const stage_maps *m) {
     const dims *s = &m->s;
@@ -50,23 +58,18 @@ static double straying(const stage_maps *m) {
         const int there = is_wide(m) || (e >= m->map.start[r] && m->map.column[e] == s->width - 1);
         if (!there || !(m->reach[r] > 0.0)) continue;
         const double *c = is_wide(m) ? m->correction + (ptrdiff_t)r * s->lanes : m->maps + (ptrdiff_t)e * s->lanes;
-        const int whole = (s->N - 1) / LANES * LANES;
-        double largest = largest_size(c, whole);
-        for (int k = whole; k + 1 < s->N; ++k) largest = larger(largest, fabs(c[k]));
-        worst = larger(worst, largest / m->reach[r]);
+        worst = larger(worst, largest_before_last(c, s->N) / m->reach[r]);
     }
     return worst;
 }
 
-/* Whether a state is multiplied by so much within an interval that rounding is all that is left of those after it. */
+/* Whether an interval, but the last, multiplies a state by so much that rounding decides what follows. */
 static int runs_away(const stage_maps *m) {
     const dims *s = &m->s;
-    double largest = 0.0;
     for (int r = 0; !is_wide(m) && r < s->nx; ++r)
-        for (int e = m->map.start[r]; e < m->end_of_A[r]; ++e)
-            for (int k = 0; m->map.column[e] == r && k < s->N; ++k)
-                largest = larger(largest, fabs(m->maps[(ptrdiff_t)e * s->lanes + k]));
-    return largest > FASTEST_GROWTH;
+        for (int e = m->map.start[r]; m->reach[r] > 0.0 && e < m->end_of_A[r]; ++e)
+            if (m->map.column[e] == r && largest_before_last(m->maps + (ptrdiff_t)e * s->lanes, s->N) > FASTEST_GROWTH) return 1;
+    return 0;
 }
 
 /* Linearise about the guess, and let the solver prepare; what it keeps of the sample before is shifted once. OPTIMAL, or why
@@ -76,9 +79,9 @@ static rumo_status linearize(rumo_controller *ctl) {
     const int usable = linearise(m, last_decided(&ctl->guard));
     ctl->linearized_at = seconds_now();
     if (!usable) return RUMO_SOLVER_FAILED;
-    if (runs_away(m)) return RUMO_ILL_CONDITIONED;
     if (!solver_of(&ctl->problem.sizes)->prepare(&ctl->solving, m, ctl->behind)) return RUMO_ILL_CONDITIONED;
     solver_of(&ctl->problem.sizes)->reach(&ctl->solving, ctl->s.N, m->reach);
+    if (runs_away(m)) return RUMO_ILL_CONDITIONED;
     ctl->behind = 0;
     ctl->straying = straying(m);
     return RUMO_OPTIMAL;

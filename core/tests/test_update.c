@@ -71,7 +71,7 @@ static rumo_controller *made(const rumo_problem *p, void **memory) {
 }
 
 /* Whether two solvers of the same problem agree. */
-static int close(const rumo_plan *a, const rumo_plan *b, const rumo_problem *p) {
+static int agree(const rumo_plan *a, const rumo_plan *b, const rumo_problem *p) {
     if (a->status != b->status) return 0;
     for (int i = 0; i < p->sizes.horizon * p->sizes.inputs; ++i)
         if (fabs(a->numbers[i] - b->numbers[i]) > 1e-8 * p->numbers.input_scales[i % p->sizes.inputs]) return 0;
@@ -98,7 +98,7 @@ static void solvers_agree(const fixture *f) {
             for (int j = 0; j < 2; ++j)
                 rumo_core.step(both[j], f->x + i * other.sizes.states, f->reference + i * window_of(&other.sizes), &plan[j]);
             if (i == 0 && plan[1].cause == RUMO_ILL_CONDITIONED) break;
-            CHECK(close(&plan[0], &plan[1], &other), "%s, sample %d: status %d and %d", f->name, i, (int)plan[0].status,
+            CHECK(agree(&plan[0], &plan[1], &other), "%s, sample %d: status %d and %d", f->name, i, (int)plan[0].status,
                   (int)plan[1].status);
         }
         free(memory[0]);

@@ -1,6 +1,6 @@
 """Horizons in which nearly all inputs are at bounds, and more rows hold than the core keeps factors of."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -96,3 +96,27 @@ def test_memory_is_linear_in_the_horizon():
 def core(horizon):
     values = core_problem(Transcription(carriage(horizon)), "riccati").values
     return Core(0, values, asdict(core_settings(rumo.Settings())))
+
+
+def lag_below_a_limit(reach):
+    """A lag that would go to 0.7 and may go to 0.1; inputs may be far larger than any that are wanted."""
+    return rumo.Problem(
+        rumo.Model(states={"x": "1"}, inputs={"u": "1"}, dynamics=lambda x, u, p: {"x": u.u - x.x}),
+        horizon=20,
+        sampling_time=0.1,
+        track={"x": rumo.Weight(1.0)},
+        moves={"u": rumo.Weight(1e-2 * reach**2, range=2.0 * reach)},
+        bounds={"u": (-reach, reach), "x": (-0.1, 0.1)},
+    )
+
+
+@pytest.mark.parametrize("backend", ["riccati", "condensing"])
+@pytest.mark.parametrize("reach", [1e3, 1e7, 1e11])
+def test_a_hard_bound_holds_however_large_inputs_may_be(reach, backend):
+    controller = made_with(lag_below_a_limit(reach), backend, gate=None)
+    tolerance = rumo.QpOptions().tolerance  # not as fine as elsewhere in tests
+    controller.configure(qp=replace(controller.settings.qp, tolerance=tolerance))
+    oracle = rumo.DirectNlp(lag_below_a_limit(10.0), gate=None, tolerance=1e-11)
+    plan, expected = (method.step([0.0], {"x": 0.7}) for method in (controller, oracle))
+    assert plan.status is expected.status is rumo.Status.OPTIMAL
+    np.testing.assert_allclose(plan.x.values, expected.x.values, atol=1e-6)

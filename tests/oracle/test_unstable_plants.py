@@ -157,6 +157,7 @@ def test_bounds_hold_as_exactly_late_as_early(plant, horizon, growth, backend):
     np.testing.assert_allclose(plan.u.values, oracle.u.values, atol=RIGHT)
 
 
+@pytest.mark.usefixtures("kept_builds")
 @pytest.mark.parametrize("backend", [*BACKENDS, "tailored"])
 @pytest.mark.parametrize(("scheme", "pole"), [(rumo.ImplicitEuler(), 10.0), (rumo.ImplicitMidpoint(), 20.0)])
 def test_a_scheme_next_to_its_own_pole_solves_nothing(scheme, pole, backend):
@@ -174,6 +175,18 @@ def test_a_scheme_next_to_its_own_pole_solves_nothing(scheme, pole, backend):
     )
     plan = made_with(problem, backend, scheme, gate=None).step([0.1], {"x": 0.3})
     assert plan.cause is rumo.Status.ILL_CONDITIONED
+
+
+def test_the_last_interval_may_multiply_by_more():
+    """Nothing follows it: by e^19 here, and the minimum of a quadratic in one input is known."""
+    model = rumo.Model(states={"x": "1"}, inputs={"u": "1"}, dynamics=lambda x, u, p: {"x": 19.0 * x.x + u.u})
+    problem = rumo.Problem(
+        model, horizon=1, sampling_time=1.0, track={"x": rumo.Weight(1.0)}, moves={"u": rumo.Weight(0.01, range=2.0)}
+    )
+    plan = made_with(problem, "riccati", rumo.Rk4(200), gate=None).step([1e-3], {"x": 0.0})
+    assert plan.status is rumo.Status.OPTIMAL
+    # x = e^19 x_0 + (e^19 - 1) / 19 u, and next to that what u costs is nothing
+    assert plan.command["u"] == pytest.approx(-19e-3, rel=1e-6)
 
 
 RUNAWAY = rumo.Bounds(-0.03, 0.03, rumo.Penalty(1e-3, 1.0))
@@ -265,6 +278,7 @@ def test_a_pendulum_on_a_cart(backend, limits, horizon, growth):
     assert_true(controller.step(x, wanted), oracle.u.values, backend)
 
 
+@pytest.mark.usefixtures("kept_builds")
 @pytest.mark.parametrize("backend", ["reference", "riccati", "tailored"])
 @pytest.mark.parametrize("horizon", [40, 100])
 def test_a_cart_beyond_its_hard_limit_cannot_be_saved(horizon, backend):

@@ -112,18 +112,6 @@ static int as_it_is(const qp *q, int row) {
     return row;
 }
 
-/* Let go of members without a limit. */
-static void drop_unlimited(qp *q) {
-    for (int i = q->count - 1; i >= 0; --i) {
-        const int row = q->member[i];
-        if (isfinite(q->state[row] == AT_LOWER ? q->lower[row] : q->upper[row])) continue;
-        watch(q, row, INACTIVE);
-        drop(q, i);
-    }
-    for (int r = q->first_soft; r < q->rows; ++r)
-        if (q->state[r] == SATURATED && isinf(q->upper[r])) watch(q, r, INACTIVE);
-}
-
 /* A row whose limits contradict each other, or -1. */
 static int crossed(const qp *q, double tolerance) {
     for (int r = 0; r < q->rows; ++r)
@@ -160,7 +148,6 @@ static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_setting
     set_fine(q, share, longest_row(n, q->ld, p->transpose));
     start = seconds_now();
     renew_members(q, as_it_is);
-    drop_unlimited(q);
     watch_members(q);
     result.status = solve_qp(q, &limits);
     result.seconds = seconds_now() - start;

@@ -4,13 +4,8 @@
 
 #include "solve/active_set/working_set.c"
 #include "solve/dense/dense.h"
+#include "solve/influence.h"
 #include "stages/along.c"
-
-/* A constraint that all inputs' ranges move by less than this share of its scale is not imposed. */
-#define NO_INFLUENCE 1e-10
-/* One that they move by more than so many times its scale has to hold as exactly as one that they move so far: what moves it
- * may be the first inputs of a plant that runs away, which others hold. */
-#define MOST_INFLUENCE 1e3
 
 /* What the solver keeps in another form. */
 RARE static void dense_renumber(void *self) {
@@ -62,8 +57,8 @@ OUTSIDE static int dense_prepare(void *self, const stage_maps *m, int shift) {
             measure(&s, h, m->terms, k, i - k * s.nc, &m->D, &m->E, 1.0, scales, row);
             const double norm = sqrt(dot(row, row, length));
             d->imposed_now[i] = p->imposed[i] && norm > NO_INFLUENCE * p->numbers.constraint_scales[i - k * s.nc];
-            const double unit = smaller(norm, MOST_INFLUENCE * p->numbers.constraint_scales[i - k * s.nc]);
-            d->p.q.weight[d->p.q.first_soft + i] = d->imposed_now[i] ? 1.0 / unit : 0.0;
+            d->p.q.weight[d->p.q.first_soft + i] =
+                d->imposed_now[i] ? 1.0 / unit_of_row(norm, p->numbers.constraint_scales[i - k * s.nc]) : 0.0;
         }
     }
     add_up_hessian(&s, p->numbers.move_weights, scales, h);

@@ -3,12 +3,11 @@
 #ifndef RUMO_NORMS_C
 #define RUMO_NORMS_C
 
+#include "solve/influence.h"
 #include "solve/riccati/factorise.c"
 
 /* Samples over which the norms of the whole horizon are refreshed. */
 #define NORM_SAMPLES 32
-/* A constraint that the inputs' ranges move by less than this share of its scale is not imposed. */
-#define NO_INFLUENCE 1e-10
 
 /* The covariance one stage on. */
 static WITHIN void advance_covariance(riccati *r, const dims *s, const layout *p, int k) {
@@ -44,7 +43,7 @@ static void refresh_norms(riccati *r, int count) {
                 square += n->value[a][k] * sum;
             }
             const double norm = sqrt(larger(square, 0.0)), scale = r->problem->numbers.constraint_scales[i];
-            q->weight[q->first_soft + i * s.lanes + k] = 1.0 / (norm > NO_INFLUENCE * scale ? norm : scale);
+            q->weight[q->first_soft + i * s.lanes + k] = 1.0 / (norm > NO_INFLUENCE * scale ? unit_of_row(norm, scale) : scale);
         }
     }
 }

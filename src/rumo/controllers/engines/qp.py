@@ -112,16 +112,18 @@ def _with_slacks(conditions: Conditions, program: SparseProgram) -> tuple[Any, .
 
 
 def _may_refuse(program: SparseProgram) -> bool:
-    """Whether no inputs satisfy the hard rows, each in units of what the inputs' ranges do to it; or no one knows."""
+    """Whether no inputs satisfy the hard rows, each in units of what inputs do to it; False if rounding hides it."""
     from scipy.optimize import linprog  # not needed by the compiled backends
 
     hard, n = np.isinf(program.l1), len(program.lower)
     if not hard.any():
         return False
     rows, E, e = program.rows.tocsr()[hard], program.equations, program.ends
-    factor = factored(E[:, n:]) if len(e) else None
     moved, fixed = np.zeros((len(e), n)), np.zeros(len(e))
-    if factor is not None:
+    if len(e):
+        factor = factored(E[:, n:])
+        if factor is None:
+            return False
         moved, fixed = -factor.solve(E[:, :n].toarray()), factor.solve(e)
     row, begin = rows[:, :n].toarray() + rows[:, n:] @ moved, rows[:, n:] @ fixed
     within = np.vstack([row, -row])
@@ -129,8 +131,8 @@ def _may_refuse(program: SparseProgram) -> bool:
     size = np.abs(within).max(axis=1)
     size[size == 0.0] = 1.0
     finite, bounds = np.isfinite(ends), np.c_[program.lower, program.upper]
-    if not np.isfinite(within).all():
-        return True
+    if not (np.isfinite(within).all() and np.isfinite(begin).all()):
+        return False
     result: Any = linprog(np.zeros(n), (within / size[:, None])[finite], (ends / size)[finite], bounds=bounds)
     return result.status == 2  # infeasible
 
