@@ -278,18 +278,6 @@ def test_a_pendulum_on_a_cart(backend, limits, horizon, growth):
     assert_true(controller.step(x, wanted), oracle.u.values, backend)
 
 
-@pytest.mark.usefixtures("kept_builds")
-@pytest.mark.parametrize("backend", ["reference", "riccati", "tailored"])
-@pytest.mark.parametrize("horizon", [40, 100])
-def test_a_cart_beyond_its_hard_limit_cannot_be_saved(horizon, backend):
-    """No force brings it back in the first interval that it acts in, whatever else a long horizon wants."""
-    problem = cart(horizon, force=(-10.0, 10.0), position=(-0.5, 0.5))
-    plan = made_with(problem, backend, gate=None).step([0.9, 0.0, 0.1, 0.0], {"position": 2.0, "angle": 0.0})
-    assert plan.cause is rumo.Status.SOLVER_FAILED
-    if backend != "reference":
-        assert plan.conflict == ("position_upper at stage 2",)
-
-
 @pytest.mark.parametrize(
     ("backend", "horizon", "seconds", "near"),
     [

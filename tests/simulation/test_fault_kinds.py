@@ -344,7 +344,7 @@ def test_skipped_samples(delay):
 
 
 def test_budget_is_given_back():
-    controller = rumo.RealTimeIteration(pendulum(bounds={"torque": (-0.1, 0.1)}))
+    controller = rumo.RealTimeIteration(pendulum(bounds={"torque": (-3.0, 3.0)}))
     settings = controller.settings
     log = scenario(problem=controller.problem, faults=(Budget(range(4, 7)),)).run(controller)
     assert controller.settings is settings

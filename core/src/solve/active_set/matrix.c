@@ -143,7 +143,7 @@ static double matrix_size_of(qp *q, const double *parts, int members, double *at
     zero(sum, q->ld);
     for (int i = 0; i < members; ++i)
         if (parts[i] != 0.0) add_row(p, q->member[i], parts[i], sum);
-    for (int j = 0; j < q->n; ++j) size += room_of(q, j, sum[j]);
+    for (int j = 0; j < q->n; ++j) size += fabs(sum[j]);
     *at_zero = 0.0;
     return size;
 }

@@ -15,7 +15,9 @@
 
 /* A violation below this (in units of v) may come from rounding: the minimiser is refined before it is believed. */
 #define DOUBTFUL 1e-6
-/* After so many iterations L D L' is computed anew, and whether anything proves infeasibility. */
+/* Rows that cannot hold together within this distance from the origin are infeasible. */
+#define REMOTE 1e6
+/* After so many iterations L D L' is computed anew, and whether the multipliers prove infeasibility. */
 #define MANY_UPDATES 50
 
 /* The row that is farthest beyond its limits (the first such row if `first`) and how far, or -1. */
@@ -151,8 +153,8 @@ static int follow_members(qp *q, int first, double *gain) {
     return 0;
 }
 
-/* Whether the hard rows among members cannot hold together: their combination p, as far as it has the signs of multipliers,
- * stays beyond that of their limits wherever variables may be. They are noted. */
+/* Whether the hard rows among members cannot hold together: their combination p, which has the signs of multipliers, is
+ * next to zero, and that of their limits is not. They are noted. */
 RARE static int contradict(qp *q, const double *restrict p) {
     double *restrict parts = q->spare;
     double size = 0.0, violation, room = 0.0, limit = 0.0;
@@ -162,33 +164,18 @@ RARE static int contradict(qp *q, const double *restrict p) {
     for (int i = 0; i < members; ++i) {
         const int row = q->member[i], lower = q->state[row] == AT_LOWER;
         const double part = fabs(p[i]) * q->norm[row];
-        const int matters = part > 1e-9 * size && (lower ? p[i] < 0.0 : p[i] > 0.0 && isinf(q->l1[row]));
+        const int matters = part > 1e-9 * size && (lower || isinf(q->l1[row]));
         parts[i] = matters ? p[i] : 0.0;
         if (!matters) continue;
         q->conflict[q->conflicts++] = row;
         limit += p[i] * (lower ? q->lower[row] : q->upper[row]);
         room += q->tolerance * part;
     }
-    room += q->space->size_of(q, parts, members, &violation);
+    room += REMOTE * q->space->size_of(q, parts, members, &violation);
     violation -= limit;
     if (violation > room) return 1;
     q->conflicts = 0;
     return 0;
-}
-
-/* Whether a hard row cannot hold whatever variables do, or members cannot together, as their multipliers tell. */
-RARE static int is_infeasible(qp *q) {
-    double *restrict p = q->trial;
-    const int members = q->count + q->pending;
-    zero(p, members);
-    for (int i = 0; i < members; ++i) {
-        const int row = q->member[i], lower = q->state[row] == AT_LOWER;
-        if (row < q->first_soft || (!lower && isfinite(q->l1[row]))) continue;
-        p[i] = lower ? -1.0 : 1.0;
-        if (contradict(q, p)) return 1;
-        p[i] = 0.0;
-    }
-    return contradict(q, q->mu);
 }
 
 /* The waiting row depends on the members, as careful_pivot has found: move the multipliers along the ray that leaves
@@ -328,7 +315,7 @@ static rumo_status solve_qp(qp *q, const budget *limits) {
         fresh = 0;
         q->kkt_residual = 0.0;
         if (q->iterations % MANY_UPDATES == 0) {
-            if (is_infeasible(q)) return give_up(q);
+            if (contradict(q, q->mu)) return give_up(q);
             refactor(q, 0);
         }
         stalled = gain > 1e-14 * gained ? 0 : stalled + 1;

@@ -36,7 +36,7 @@ typedef struct qp_space {
     /* U'^-1 times the slope of the Lagrangian; returns the largest slope, relative to the forces that are balanced there (along
      * the same input, over the horizon) or to what it takes to move a variable by a millionth. */
     double (*slope)(struct qp *, double *rest);
-    /* The most that variables can take from a combination of members, see room_of(), and its value at v = 0. */
+    /* Sum of |entries| of a combination of members, as a row over v, and its value at v = 0. */
     double (*size_of)(struct qp *, const double *parts, int members, double *at_zero);
     /* Of working sets with more members than there is room to keep m and L for, NULL where there always is. M has the rows m of
      * the first `members` positions. */
@@ -80,17 +80,6 @@ typedef struct qp {
     double kkt_residual, last_step; /* of the solution; how far refinement moved it: see refinement.c */
     int iterations;
 } qp;
-
-/* Rows that cannot hold together within this distance from the origin are infeasible, and those that cannot within so many times
- * what the bounds of variables leave. */
-#define REMOTE 1e6
-#define BEYOND_BOUNDS 2.0
-
-/* The most that a variable, given its row, can take from a sum that has this slope by it. */
-static inline double room_of(const qp *q, int row, double slope) {
-    const double distance = slope > 0.0 ? -q->lower[row] : q->upper[row];
-    return fabs(slope) * smaller(REMOTE, BEYOND_BOUNDS * larger(distance, 0.0));
-}
 
 /* Members whose m and L are kept where they can do without. */
 #ifndef RUMO_KEPT_MEMBERS

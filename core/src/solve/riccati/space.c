@@ -145,7 +145,7 @@ static double riccati_size_of(qp *q, const double *parts, int members, double *a
         *at_zero += back_stage(r, &s, &p, k, h, NULL, by_inputs, NULL);
         for (int j = 0; begins(&s, &r->problem->blocking, k) && j < s.nu; ++j) {
             if (r->pinned && r->pins[k * s.nu + j]) *at_zero += by_inputs[j] * kept_at(r, &s, k, j);
-            else size += room_of(q, j * s.lanes + k, by_inputs[j]);
+            else size += fabs(by_inputs[j]);
         }
     }
     *at_zero += dot(h, r->zeta + s.d * p.ld, p.ld);
