@@ -138,6 +138,14 @@ static void add_member(qp *q, int row, row_state state, double mu) {
     watch(q, row, state);
 }
 
+/* A row joins, where m and L are kept, unless it depends on others. */
+static void take_over(qp *q, int row, row_state state, double mu) {
+    stage_row(q, row, state, mu);
+    if (q->pending && extend(q, q->count)) ++q->count;
+    else if (q->pending) q->state[row] = INACTIVE;
+    q->pending = 0;
+}
+
 /* Factor what is not kept, without rows that depend on others. */
 static void drop_dependent(qp *q) {
     for (int i; (i = next_dependent(q, 0)) >= 0;) {
@@ -171,10 +179,7 @@ static void renew_members(qp *q, int (*becomes)(const qp *, int row)) {
         const int moved_to = becomes(q, row[i]);
         if (moved_to < 0) continue;
         if (q->kept) {
-            stage_row(q, moved_to, (row_state)state[i], q->spare[i]);
-            if (q->pending && extend(q, q->count)) ++q->count;
-            else if (q->pending) q->state[moved_to] = INACTIVE;
-            q->pending = 0;
+            take_over(q, moved_to, (row_state)state[i], q->spare[i]);
         } else {
             add_member(q, moved_to, (row_state)state[i], q->spare[i]);
         }

@@ -131,10 +131,7 @@ static void repeat_last(riccati *r) {
         const stage_limit of = limited_by(r, row);
         if (of.k != r->s.N - 1) continue;
         if (of.kind == RUMO_PATH_CONSTRAINT && !r->problem->imposed[of.k * r->s.nc + of.index]) continue;
-        stage_row(q, row, (row_state)q->state[before], q->mu[i]);
-        if (q->pending && extend(q, q->count)) ++q->count;
-        else if (q->pending) q->state[row] = INACTIVE;
-        q->pending = 0;
+        take_over(q, row, (row_state)q->state[before], q->mu[i]);
     }
 }
 
