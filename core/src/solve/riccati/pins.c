@@ -18,7 +18,7 @@
 #define ENOUGH 200
 #define ENOUGH_EACH 8
 /* A slope, relative to the largest force, that says on which side of its bound an input belongs. */
-#define WRONG_SIDE 1e-9
+#define WRONG_SIDE 1e-13
 
 /* Keep inputs that are at a bound, or beyond it; whether there are any more. */
 RARE static int pin_inputs(riccati *r) {
