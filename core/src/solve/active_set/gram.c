@@ -76,7 +76,7 @@ static void subtract_members(qp *q, const double *restrict x, int members, doubl
         axpy(y, -1.0, q->sum, q->ld);
         return;
     }
-    for (int i = 0; i < members; ++i) axpy(y, -x[i], moved(q, i), q->ld);
+    for (int i = 0; i < members; ++i) axpy(y, -x[i], moved(q, i), extent_of(q, i));
 }
 
 /* M w for the rows before a position. */
@@ -85,7 +85,7 @@ static void project_on_members(qp *q, const double *restrict w, int members, dou
         q->space->project(q, w, members, components);
         return;
     }
-    for (int i = 0; i < members; ++i) components[i] = dot(moved(q, i), w, q->ld);
+    for (int i = 0; i < members; ++i) components[i] = dot(moved(q, i), w, extent_of(q, i));
 }
 
 /* m of the row at a position. */
@@ -140,12 +140,13 @@ RARELY static int extend_conditioned(qp *q, int position) {
 static int extend(qp *q, int position) {
     if (!q->kept) return extend_conditioned(q, position);
     const double *restrict m = moved(q, position);
+    const int extent = extent_of(q, position);
     double *restrict ell = q->L + (ptrdiff_t)position * q->stride;
-    for (int i = 0; i < position; ++i) ell[i] = dot(moved(q, i), m, q->ld);
+    for (int i = 0; i < position; ++i) ell[i] = dot(moved(q, i), m, extent);
     for (int i = position; i < padded(position); ++i) ell[i] = 0.0;
     solve_lower(q, 0, position, ell);
     const int row = q->member[position];
-    q->square[row] = dot(m, m, q->ld);
+    q->square[row] = dot(m, m, extent);
     const double whole = q->square[row] + compliance(q, row);
     double pivot = whole;
     for (int i = 0; i < position; ++i) {

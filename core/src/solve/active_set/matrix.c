@@ -85,6 +85,7 @@ static int matrix_transform(qp *q, int position) {
     double *m = moved(q, position);
     zero(m, q->ld);
     q->base[q->place[position]] = 0.0;
+    q->extent[q->place[position]] = q->ld;
     if (row < q->first_soft) {
         const int j = row < q->n ? row : row - q->n;
         copy(m, p->transpose + (ptrdiff_t)j * q->ld, q->ld);

@@ -31,7 +31,7 @@ typedef struct qp_space {
     void (*evaluate)(struct qp *); /* v, and the values of all rows, at w */
     /* The same at w + step; returns the largest change of v. */
     double (*correct)(struct qp *, const double *step);
-    /* m = U'^-1 a of the row at a position of the working set, and its value at w = 0; 0 if no variable moves the row. */
+    /* m = U'^-1 a of the row at a position of the working set, its extent, and its value at w = 0; 0 if no variable moves it. */
     int (*transform)(struct qp *, int position);
     /* U'^-1 times the slope of the Lagrangian; returns the largest slope, relative to the forces that are balanced there (along
      * the same input, over the horizon) or to what it takes to move a variable by a millionth. */
@@ -64,7 +64,8 @@ typedef struct qp {
     int count;             /* members of the working set */
     int *member, *place;   /* row of each; where its m lies */
     double *mu, *moved, *L, *D;
-    double *base;          /* by place: the row's value at w = 0 */
+    double *base;          /* by place: the row's value at w = 0, */
+    int *extent;           /* and from where on its m is zero, padded */
     double *square;        /* (rows,): m'm of those that were members */
     int pending;           /* 1 while the row at position `count` waits to join */
     int settled;           /* members at the front that are where their multipliers want them, but for rounding */
@@ -107,6 +108,7 @@ RARE static void alloc_qp(arena *a, qp *q, const qp_space *space, int n, int row
     q->conflict = alloc_ints(a, q->capacity);
     q->scratch = alloc_ints(a, q->capacity);
     q->base = alloc_doubles(a, q->room);
+    q->extent = alloc_ints(a, q->room);
     q->moved = alloc_doubles(a, (ptrdiff_t)q->room * q->ld);
     q->L = alloc_doubles(a, (ptrdiff_t)q->room * q->stride);
     double **const per_member[] = {&q->mu, &q->D, &q->direction, &q->trial, &q->spare, &q->parts};
@@ -121,10 +123,12 @@ static inline int place_of(const qp *q, int position) { return q->kept ? q->plac
 
 static inline double *moved(const qp *q, int position) { return q->moved + (ptrdiff_t)place_of(q, position) * q->ld; }
 
+static inline int extent_of(const qp *q, int position) { return q->extent[place_of(q, position)]; }
+
 /* The value of a member at w, where all rows have been evaluated if m is not kept. */
 static inline double member_value(const qp *q, int position) {
     if (!q->kept) return q->value[q->member[position]];
-    return dot(moved(q, position), q->w, q->ld) + q->base[q->place[position]];
+    return dot(moved(q, position), q->w, extent_of(q, position)) + q->base[q->place[position]];
 }
 
 static void watch(qp *q, int row, row_state state) {
