@@ -19,7 +19,7 @@ static int riccati_transform(qp *q, int position) {
     else r->row[p.v + of.index] = 1.0;
     const double size = sweep_row(r, of.k, of.kind == RUMO_MOVE_BOUND ? of.index : -1, moved(q, position), pi, gamma);
     if (path && !(size > NO_INFLUENCE * r->problem->numbers.constraint_scales[of.index])) return 0;
-    q->extent[place] = padded((block_at(&s, &r->problem->blocking, of.k) + 1) * s.nu);
+    q->extent[place] = padded(inputs_at(&s, &r->problem->blocking, of.k));
     q->base[place] = *gamma + dot(pi, r->zeta + s.d * p.ld, p.ld);
     return 1;
 }
