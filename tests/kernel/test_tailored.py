@@ -3,6 +3,7 @@
 import logging
 import os
 import shutil
+import site
 import subprocess
 import sys
 import time
@@ -15,7 +16,8 @@ from problems import pendulum, rod
 import rumo
 from rumo.controllers.engines.described import core_problem
 from rumo.kernel import tailored as build_for
-from rumo.kernel.tailored import SUFFIX, _fingerprint, _sources, compiler
+from rumo.kernel.cache import SUFFIX, open_cache
+from rumo.kernel.tailored import _fingerprint, _sources, compiler
 from rumo.status import Status
 from rumo.transcription import Transcription
 
@@ -80,8 +82,7 @@ def stand_in(monkeypatch, tmp_path, body):
 
 @needs_cc
 def test_compiled_once_and_kept(made, cache, monkeypatch):
-    cache.mkdir()
-    shutil.copy(made, cache)
+    shutil.copy(made, open_cache().folder)
     monkeypatch.setattr(tailored, "_compile", lambda *_: pytest.fail("the cache has it"))
     backend, u = first_command(backend="tailored")
     assert backend == "tailored"
@@ -89,18 +90,9 @@ def test_compiled_once_and_kept(made, cache, monkeypatch):
 
 
 @needs_cc
-def test_folder_is_the_users_unless_named(cache, monkeypatch, tmp_path):
-    assert tailored.cache_folder() == cache
-    monkeypatch.delenv("RUMO_CACHE")
-    monkeypatch.setattr(tailored, "user_cache_path", lambda name: tmp_path / "home" / name)
-    assert tailored.cache_folder() == tmp_path / "home" / "rumo"
-    assert tailored.cache_folder().is_dir()
-
-
-@needs_cc
 @pytest.mark.parametrize("damage", ["empty", "half", "one bit"])
 def test_damaged_library_is_replaced(damage, made, cache, monkeypatch, tmp_path):
-    cache.mkdir()
+    open_cache()
     whole = made.read_bytes()
     spoiled = bytearray(whole)
     spoiled[len(whole) // 2] ^= 1
@@ -144,7 +136,9 @@ def test_two_processes_at_once(cache):
     answers = [process.communicate(timeout=300)[0].split() for process in both]
     assert answers[0][0] == "tailored"
     assert answers[0] == answers[1]
-    assert all(tailored._kept(library) for library in libraries(cache))
+    kept = libraries(cache)
+    assert kept
+    assert list(open_cache().find(kept[0].stem.rpartition("-")[0])) == kept
 
 
 FAILURES = {
@@ -259,20 +253,32 @@ def test_zig_as_the_compiler(cache, monkeypatch):
     np.testing.assert_allclose(u, first_command(backend="portable")[1], atol=1e-12)
 
 
-def test_search_for_a_compiler(monkeypatch):
+def test_search_for_a_compiler(monkeypatch, tmp_path):
+    def offer(name):
+        program = tmp_path / name
+        program.parent.mkdir(exist_ok=True)
+        program.touch(mode=0o755)
+        return str(program)
+
     monkeypatch.delenv("CC", raising=False)
-    monkeypatch.setattr(shutil, "which", lambda name: f"/bin/{name}" if name == "clang" else None)
-    assert compiler() == ("/bin/clang",)
-    monkeypatch.setattr(shutil, "which", lambda name: None)
-    monkeypatch.setitem(sys.modules, "ziglang", None)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(site, "getsitepackages", lambda: [str(tmp_path)])
+    monkeypatch.setattr(site, "ENABLE_USER_SITE", False)
     with pytest.raises(tailored.CompilerError, match="no C compiler was found"):
         compiler()
+    zig = offer("ziglang/zig")
+    (tmp_path / "ziglang" / "__init__.py").touch()
+    assert compiler() == (zig, "cc")
+    clang = offer("clang")
+    assert compiler() == (clang,)
+    monkeypatch.setenv("CC", "ccache some-cc -O1")
+    assert compiler() == ("ccache", "some-cc", "-O1")
 
 
 def test_without_a_compiler_the_installed_core_works(tmp_path):
     program = """
-import logging, sys
-sys.modules["ziglang"] = None
+import logging, site
+site.getsitepackages, site.ENABLE_USER_SITE = list, False
 records = []
 class Keep(logging.Handler):
     def emit(self, record): records.append(record.getMessage())

@@ -4,29 +4,29 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
-import importlib.util
 import logging
 import os
 import platform
 import shlex
 import shutil
 import signal
+import site
 import subprocess
-import sys
-import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from errno import ENOSPC
 from functools import cache
+from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any
 
-from platformdirs import user_cache_path
-
 from rumo.kernel._core import __file__ as extension
 from rumo.kernel._core import build as build_name
+from rumo.kernel.cache import CURE, SUFFIX, Cache, CacheError, open_cache
 from rumo.kernel.description import Description
 from rumo.kernel.straight import composition_source, elimination_source
+from rumo.version import __version__
 
 logger = logging.getLogger("rumo")
 
@@ -35,7 +35,6 @@ PATIENCE = 120.0
 """Time that a compiler may take [s]."""
 LONGEST = 4000
 """Instructions of wide models that are worth compiling: some seconds, for a tenth of their time."""
-SUFFIX = ".dll" if os.name == "nt" else ".so"
 
 COMMON = ("-std=c11", "-shared", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-w")
 GCC = ("-march=native", "-O2", "-ftree-vectorize", "-fvect-cost-model=dynamic", "-fpeel-loops")
@@ -84,19 +83,19 @@ def tailored(description: Description, solver: str | None = None) -> Build:
         name = _fingerprint(sources, command)
         if name in _hopeless:
             raise CompilerError(_hopeless[name])
-        folder = cache_folder()
-        for library in sorted(folder.glob(f"{name}-*{SUFFIX}")):
-            build = _kept(library)
-            if build is not None:
-                return build
-            library.unlink(missing_ok=True)
+        kept = open_cache()
+        for library in kept.find(name):
+            try:
+                return _load(library)
+            except (OSError, ValueError):  # it does not work on this machine
+                kept.remove(library)
         logger.info("Compiling the core for this problem, which is kept: it takes some seconds, once.")
         try:
-            return _compile(sources, command, folder, name)
+            return _compile(sources, command, kept, name)
         except CompilerError as error:
             _hopeless[name] = str(error)  # the next controller need not wait for it again
             raise
-    except (CompilerError, OSError, ValueError) as error:
+    except (CompilerError, CacheError, OSError, ValueError) as error:
         _report(str(error))
         return portable()
 
@@ -109,13 +108,6 @@ _hopeless: dict[str, str] = {}
 def _report(reason: str) -> None:
     """Once for each reason: a warning for every controller would say nothing new."""
     logger.warning("The portable build of the core is used, up to twice as slow: %s", reason)
-
-
-def cache_folder() -> Path:
-    """Where tailored builds are kept: the environment variable RUMO_CACHE, or the user's cache folder."""
-    folder = Path(os.environ.get("RUMO_CACHE") or user_cache_path("rumo"))
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
 
 
 def _sources(description: Description, solver: str | None = None) -> tuple[str, str]:
@@ -147,26 +139,32 @@ def model_source(description: Description) -> str:
 
 
 def compiler() -> tuple[str, ...]:
-    """The command that compiles C: $CC, cc, gcc or clang, else Zig's if the package ziglang is installed."""
-    named = os.environ.get("CC")
+    """The command that compiles C: $CC, cc, gcc or clang, else Zig's if the package ziglang is installed.
+
+    The current folder is not searched: anyone may have put something there.
+    """
+    named = shlex.split(os.environ.get("CC") or "")
     if named:
-        return tuple(shlex.split(named))
+        return (os.path.abspath(named[0]) if os.path.dirname(named[0]) else named[0], *named[1:])
+    folders = os.environ.get("PATH", os.defpath).split(os.pathsep)
+    path = os.pathsep.join(folder for folder in folders if os.path.isabs(folder))
     for name in ("cc", "gcc", "clang"):
-        found = shutil.which(name)
-        if found:
+        found = shutil.which(name, path=path) if path else None
+        if found and os.path.isabs(found):  # Windows looks into the current folder all the same
             return (found,)
-    if importlib.util.find_spec("ziglang"):
-        return (sys.executable, "-m", "ziglang", "cc")
+    installed = [*site.getsitepackages(), *([site.getusersitepackages()] if site.ENABLE_USER_SITE else [])]
+    package = PathFinder.find_spec("ziglang", installed)
+    if package and package.origin:
+        zig = shutil.which("zig", path=str(Path(package.origin).parent))
+        if zig:
+            return (zig, "cc")
     raise CompilerError("no C compiler was found (cc, gcc, clang, or the package ziglang).")
 
 
-def _compile(sources: tuple[str, str], command: tuple[str, ...], folder: Path, name: str) -> Build:
-    """Compile beside the target and move there in one go: no process ever sees half a library.
-
-    The target's name ends in the digest of what is in it, so that a damaged file is noticed.
-    """
-    with tempfile.TemporaryDirectory(dir=folder, prefix="build-") as own:
-        unit, model, made = Path(own, "unit.c"), Path(own, "model.h"), Path(own, f"library{SUFFIX}")
+def _compile(sources: tuple[str, str], command: tuple[str, ...], kept: Cache, name: str) -> Build:
+    """Compile beside the target, and keep what works."""
+    with kept.workshop() as own:
+        unit, model, made = own / "unit.c", own / "model.h", own / f"library{SUFFIX}"
         unit.write_text(sources[0], encoding="utf-8")
         model.write_text(sources[1], encoding="utf-8")
         includes = [f"-I{path}" for path in (SOURCES / "include", SOURCES / "src", own)]
@@ -174,25 +172,28 @@ def _compile(sources: tuple[str, str], command: tuple[str, ...], folder: Path, n
         complaint = ""
         for tuning in ((*GCC, *WIDE) if _is_gcc(command) else CLANG, PLAIN):
             arguments = [*command, *COMMON, *tuning, *includes, "-o", str(made), str(unit), *system]
-            returned, printed = _run(arguments)
+            returned, printed = _run(arguments, own)
             if returned == 0 and made.exists():
                 break
             complaint = complaint or printed.strip()[-500:] or f"it made no library, and ended with {returned}"
         else:
-            raise CompilerError(f"{shlex.join(command)} failed: {complaint}")
+            cure = f" {CURE}" if os.strerror(ENOSPC) in complaint else ""
+            raise CompilerError(f"{shlex.join(command)} failed: {complaint}{cure}")
         try:
             loaded = _load(made)
         except (OSError, ValueError) as error:
-            raise CompilerError(f"{shlex.join(command)} made a library that cannot be used: {error}") from None
-        os.replace(made, folder / f"{name}-{_digest(made.read_bytes())}{SUFFIX}")
+            raise CompilerError(f"{shlex.join(command)} made a library that cannot be used: {error}. {CURE}") from None
+        kept.keep(made, name)
         return loaded
 
 
-def _run(arguments: Sequence[str]) -> tuple[int, str]:
-    """Run a compiler; what it returned and printed. If it hangs, it is ended with all that it has started."""
+def _run(arguments: Sequence[str], folder: Path) -> tuple[int, str]:
+    """Run a compiler in a folder; what it returned and printed. If it hangs, it is ended with all it has started."""
     try:
         process = subprocess.Popen(
             arguments,
+            cwd=folder,
+            env=os.environ | {"TMPDIR": str(folder), "LC_ALL": "C"},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -214,20 +215,6 @@ def _run(arguments: Sequence[str]) -> tuple[int, str]:
     return process.returncode, printed
 
 
-def _digest(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()[:16]
-
-
-def _kept(library: Path) -> Build | None:
-    """A library of the cache; None if it is damaged, or of another machine."""
-    try:
-        if library.stem.endswith(_digest(library.read_bytes())):
-            return _load(library)
-    except (OSError, ValueError):
-        pass
-    return None
-
-
 def _load(library: Path) -> Build:
     loaded = ctypes.CDLL(str(library))
     table = ctypes.addressof(ctypes.c_char.in_dll(loaded, "rumo_core_tailored"))
@@ -237,7 +224,16 @@ def _load(library: Path) -> Build:
 
 @cache
 def _is_gcc(command: tuple[str, ...]) -> bool:
-    return "Free Software Foundation" in _run([*command, "--version"])[1]
+    return "Free Software Foundation" in _run([*command, "--version"], SOURCES)[1]
+
+
+def _program(command: tuple[str, ...]) -> str:
+    """A compiler's program: another version is another file."""
+    found = shutil.which(command[0]) or command[0]
+    with suppress(OSError):
+        status = os.stat(found)
+        return f"{os.path.realpath(found)} {status.st_size} {status.st_mtime_ns}"
+    return found
 
 
 @cache
@@ -254,7 +250,8 @@ def _machine() -> str:
 def _fingerprint(sources: tuple[str, str], command: tuple[str, ...]) -> str:
     digest = hashlib.sha256()
     files = sorted(path for path in SOURCES.rglob("*") if path.is_file())
-    for text in (*sources, shlex.join(command), _machine(), repr((COMMON, GCC, WIDE, CLANG, PLAIN))):
+    flags = repr((COMMON, GCC, WIDE, CLANG, PLAIN))
+    for text in (*sources, shlex.join(command), _program(command), __version__, _machine(), flags):
         digest.update(text.encode())
     for path in files:
         digest.update(path.read_bytes())
