@@ -54,6 +54,15 @@ def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
 
 
+def printable(value: object, argument: str, expected: str = "text") -> str:
+    """`value`, a text of one line; control characters and halves of surrogate pairs raise: files do not keep them."""
+    if not isinstance(value, str):
+        raise ArgumentError(argument, repr(value), expected)
+    if not value.isprintable():
+        raise ArgumentError(argument, repr(value), f"{expected} without control characters or other unprintable ones")
+    return value
+
+
 def as_numbers(value: object, argument: str) -> NDArray[np.floating[Any]]:
     """`value`, real numbers, as an array of floats; no text, and no None, which NumPy takes for NaN."""
     try:

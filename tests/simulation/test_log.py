@@ -1,5 +1,10 @@
 """Logs: units and dimensions of every variable, and the way through a file."""
 
+import logging
+import os
+import random
+
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -8,7 +13,7 @@ from problems import pendulum
 import rumo
 from rumo.simulation import Constant, load, save
 from rumo.simulation.faults import Missing
-from rumo.simulation.log import names, signal
+from rumo.simulation.log import SEAL, SEALED, names, signal
 from rumo.studies import PaperStudy
 from rumo.vehicles import PAPER_CAR, four_wheel
 
@@ -158,3 +163,130 @@ def test_saving_into_a_missing_folder_fails(tmp_path):
 def test_signal_picks_by_name():
     log = car_log()
     np.testing.assert_array_equal(signal(log, "plant", "v_x"), log["plant"].data[:, 3])
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """A log, and its file's bytes."""
+    log = car_log()
+    return log, save(log, tmp_path_factory.mktemp("log") / "run.nc").read_bytes()
+
+
+def test_a_flipped_bit_is_told(kept, tmp_path):
+    _, whole = kept
+    draw, path = random.Random(0), tmp_path / "run.nc"
+    for place in draw.sample(range(8 * (len(whole) - SEALED)), 60):
+        spoiled = bytearray(whole)
+        spoiled[place // 8] ^= 1 << place % 8
+        path.write_bytes(spoiled)
+        with pytest.raises(rumo.ArgumentError, match=r"run\.nc.*checksum.*expected a log as `save` writes it"):
+            load(path)
+
+
+@pytest.mark.parametrize("place", [0, len(SEAL) - 1])
+def test_without_its_mark_a_checksum_is_none(place, kept, tmp_path, caplog):
+    log, whole = kept
+    spoiled = bytearray(whole)
+    spoiled[place - SEALED] ^= 1
+    path = tmp_path / "run.nc"
+    path.write_bytes(spoiled)
+    xr.testing.assert_identical(load(path), log)
+    assert "has no checksum" in caplog.text
+
+
+@pytest.mark.parametrize("place", [-65, -30, -2, -1])
+def test_a_spoiled_checksum_is_told(place, kept, tmp_path):
+    spoiled, path = bytearray(kept[1]), tmp_path / "run.nc"
+    spoiled[place] ^= 1
+    path.write_bytes(spoiled)
+    with pytest.raises(rumo.ArgumentError, match="checksum"):
+        load(path)
+
+
+def test_a_truncated_file_is_told(kept, tmp_path):
+    _, whole = kept
+    draw, path = random.Random(0), tmp_path / "run.nc"
+    for length in (0, 1, 8, *draw.sample(range(len(whole) - SEALED), 40), len(whole) - SEALED - 1):
+        path.write_bytes(whole[:length])
+        with pytest.raises(rumo.ArgumentError, match=r"run\.nc.*cannot be read"):
+            load(path)
+
+
+def test_without_a_checksum_there_is_a_warning(kept, tmp_path, caplog):
+    log, _ = kept
+    path = tmp_path / "run.nc"
+    log.to_netcdf(path, engine="h5netcdf")
+    with caplog.at_level(logging.WARNING, "rumo"):
+        xr.testing.assert_identical(load(path), log)
+        (record,) = caplog.records
+        assert "run.nc has no checksum" in record.getMessage()
+        load(save(load(path), path))
+    assert len(caplog.records) == 2
+
+
+@pytest.mark.parametrize("content", [b"", b"%PDF-1.7", b"\x89HDF\r\n\x1a\n", bytes(10_000), b"CDF\x01" + bytes(60)])
+def test_another_kind_of_file_is_told(content, tmp_path):
+    path = tmp_path / "run.nc"
+    path.write_bytes(content)
+    with pytest.raises(rumo.ArgumentError, match="cannot be read"):
+        load(path)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no pipes in folders")
+def test_what_is_no_file_is_told(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        load(tmp_path / "missing.nc")
+    with pytest.raises(IsADirectoryError):
+        load(tmp_path)
+    with pytest.raises(rumo.ArgumentError, match="which is no file"):
+        load("/dev/zero")
+
+
+def test_a_file_that_claims_too_much_is_told(kept, tmp_path):
+    log, _ = kept
+    path = tmp_path / "run.nc"
+    log.to_netcdf(path, engine="h5netcdf")
+    with h5py.File(path, "a") as file:
+        file.create_dataset("huge", shape=(10**13,), chunks=(1000,), dtype="f8").make_scale("huge")
+    with pytest.raises(rumo.ArgumentError, match="claim to hold 800"):
+        load(path)
+
+
+NO_LOGS = {
+    "no variable 'status'": lambda log: log.drop_vars("status"),
+    "no variable 'time'": lambda log: log.drop_vars("time"),
+    "no variable 'step_time'": lambda log: log.drop_vars("step_time"),
+    "the variable 'applied' over": lambda log: log.assign(applied=("time", log["time"].to_numpy())),
+    "the variable 'plant' of type int64, not floats": lambda log: log.assign(plant=log["plant"].astype(int)),
+    "the variable 'status' of type float64, not text": lambda log: log.assign(status=log["time"].variable),
+}
+
+
+@pytest.mark.parametrize("lack", NO_LOGS)
+def test_a_dataset_that_is_no_log_is_told(lack, kept, tmp_path):
+    dataset, path = NO_LOGS[lack](kept[0]), tmp_path / "run.nc"
+    with pytest.raises(rumo.ArgumentError, match=f"log: got a dataset with {lack}"):
+        save(dataset, path)
+    assert not path.exists()
+
+
+def test_a_dataset_of_another_program_is_told(kept, tmp_path):
+    lack, path = "no variable 'status'", tmp_path / "run.nc"
+    NO_LOGS[lack](kept[0]).to_netcdf(path, engine="h5netcdf")
+    with pytest.raises(rumo.ArgumentError, match=f"path: .*with {lack}"):
+        load(path)
+
+
+@pytest.mark.parametrize("text", ["a\0b", "a\ud800b", "a\x1bb", "a\nb"])
+def test_text_that_files_do_not_keep_is_refused(text, kept, tmp_path):
+    log, path = kept[0], tmp_path / "run.nc"
+    for spoiled in (
+        log.assign_attrs(title=text),
+        log.assign_attrs({text: 1}),
+        log.assign({text: log["time"]}),
+        log.assign(plant=log["plant"].assign_attrs(note=text)),
+        log.assign_coords(state_unit=("state", [text] * log.sizes["state"])),
+    ):
+        with pytest.raises(rumo.ArgumentError, match=r"log.*without control characters"):
+            save(spoiled, path)
+    assert not path.exists()
