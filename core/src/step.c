@@ -71,18 +71,32 @@ static void prepare(rumo_controller *ctl) {
     ctl->prepare_seconds = seconds_now() - start;
 }
 
-/* What is wanted can be expected at the next sample too, whatever the measurement is worth. */
+/* Whether something is wanted wherever that has a weight. */
+static int is_usable(const rumo_controller *ctl, const double *reference) {
+    const int ny = ctl->s.ny;
+    if (all_finite(reference, (ctl->s.N + 1) * ny)) return 1;
+    const double *weights = ctl->problem.numbers.output_weights;
+    for (int i = 0; i < ctl->s.N * ny; ++i)
+        if (!isfinite(reference[ny + i]) && weights[i] != 0.0) return 0;
+    return 1;
+}
+
+/* What is wanted, where there is no number that of the stage after. It can be expected at the next sample too, whatever the
+ * measurement is worth. */
 static int keep_reference(rumo_controller *ctl, const double *reference) {
-    const int count = (ctl->s.N + 1) * ctl->s.ny;
-    if (!all_finite(reference, count)) return 0;
-    copy(ctl->last_reference, reference, count);
+    const int ny = ctl->s.ny, count = (ctl->s.N + 1) * ny;
+    if (!is_usable(ctl, reference)) return 0;
+    double *kept = ctl->last_reference;
+    for (int i = count - 1; i >= 0; --i)
+        kept[i] = isfinite(reference[i]) ? reference[i] : i + ny < count ? kept[i + ny] : 0.0;
     return ctl->has_reference = 1;
 }
 
-static rumo_status attempt(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
+static rumo_status attempt(rumo_controller *ctl, const double *x, const double *given, rumo_plan *plan) {
     const dims *s = &ctl->s;
-    const rumo_status finite = finite_sample(s->nx, x, keep_reference(ctl, reference));
+    const rumo_status finite = finite_sample(s->nx, x, keep_reference(ctl, given));
     if (finite != RUMO_OPTIMAL) return finite;
+    const double *reference = ctl->last_reference;
     if (is_near(&ctl->guard, x)) zero(ctl->near_reach, s->nx);
     else solver_of(&ctl->problem.sizes)->reach(&ctl->solving, gate_stages(s), ctl->near_reach);
     if (!plausible(&ctl->guard, x, ctl->near_reach)) return RUMO_BAD_MEASUREMENT;

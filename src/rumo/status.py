@@ -17,7 +17,7 @@ class Status(Enum):
     BUDGET_EXCEEDED = "The iteration or time budget ran out; the best admissible plan is used."
     ILL_CONDITIONED = "Too ill-conditioned to trust a solution; the previous plan, shifted, is used."
     SOLVER_FAILED = "The optimisation failed; the previous plan, shifted, is used."
-    BAD_REFERENCE = "The reference is not finite; the previous plan, shifted, is used."
+    BAD_REFERENCE = "The reference is not finite where it has a weight; the previous plan, shifted, is used."
     BAD_MEASUREMENT = "The measurement is not finite or implausible; the previous plan, shifted, is used."
     PLAN_EXHAUSTED = "No plan is left to follow; the problem's safe input is applied."
 

@@ -80,6 +80,36 @@ def test_bad_reference_is_a_status(make):
 
 
 @pytest.mark.parametrize("make", CONTROLLERS)
+@pytest.mark.parametrize("missing", [np.nan, np.inf, -np.inf])
+def test_a_reference_may_be_missing_where_it_has_no_weight(make, missing):
+    """At stage 0, and at stages and in outputs without a weight: the plan is that of any other number there."""
+    model = rumo.Model(
+        {"angle": "rad", "rate": "rad/s"},
+        {"torque": "N m"},
+        lambda x, u, p: {"angle": x.rate, "rate": u.torque - 9.81 * x.angle},
+        outputs={
+            "tilt": rumo.Output("rad", lambda x, u, p: x.angle),
+            "swing": rumo.Output("rad/s", lambda x, u, p: x.rate),
+        },
+    )
+    weights = np.array([1.0] * 4 + [0.0] * 3 + [1.0] * 4 + [0.0])
+    problem = pendulum(model=model, track={"tilt": rumo.Weight(weights), "swing": rumo.Weight(0.0)})
+    tilt = np.full(13, 0.5)
+    whole = {"tilt": tilt, "swing": 2.0, "angle": 0.5, "rate": 0.0}
+    holes = np.where(np.isin(np.arange(13), [0, 5, 6, 7, 12]), missing, tilt)
+    holey = whole | {"tilt": holes, "swing": missing}
+    if make is not rumo.LinearTimeVarying:  # which linearises about the states' reference
+        holey |= {"angle": missing, "rate": missing}
+    told, untold = make(problem), make(problem)
+    for _ in range(3):
+        expected, plan = told.step(GOOD, whole), untold.step(GOOD, holey)
+        assert plan.status is expected.status is Status.OPTIMAL
+        np.testing.assert_array_equal(plan.u.values, expected.u.values)
+    holes[8] = missing
+    assert untold.step(GOOD, holey).status is Status.BAD_REFERENCE
+
+
+@pytest.mark.parametrize("make", CONTROLLERS)
 def test_infeasible_hard_constraints_apply_the_shifted_plan(make):
     problem = pendulum(bounds={"torque": (-2.0, 2.0), "angle": (-1.0, 1.0)})
     controller = make(problem, gate=None)

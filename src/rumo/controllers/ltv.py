@@ -61,6 +61,11 @@ class _AlongReference(NumpyRti):
         model = self.transcription.problem.model
         return tuple(dict.fromkeys((*super().signals, *model.states, *model.inputs)))
 
+    @property
+    def weighed(self) -> tuple[str, ...]:
+        model = self.transcription.problem.model
+        return tuple(name for name in super().weighed if name not in model.states)
+
     def check(self, window: Mapping[str, Array]) -> None:
         missing = [name for name in self.transcription.problem.model.states if name not in window]
         if missing:

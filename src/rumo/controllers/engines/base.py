@@ -103,6 +103,11 @@ class Method(ABC):
         """Signals whose reference it looks at: the tracked outputs."""
         return self.transcription.problem.outputs.names
 
+    @property
+    def weighed(self) -> tuple[str, ...]:
+        """Those of them that matter only where the cost has a weight for them."""
+        return self.transcription.problem.outputs.names
+
     def check(self, window: Mapping[str, Array]) -> None:
         """Raise if a reference, by signal (N + 1,), lacks what `solve` needs; nothing of the step has happened yet."""
 

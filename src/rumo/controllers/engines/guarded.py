@@ -170,6 +170,7 @@ class Guarded:
 
     def _attempt(self, x: Array, window: Mapping[str, Array]) -> tuple[Candidate | None, Status]:
         """What the method comes to, if the measurement can be used, and how far it got."""
+        window = self._filled(window)
         wanted = np.concatenate([window[name] for name in self.method.signals if name in window])
         if np.isfinite(wanted).all():
             self._wanted = window
@@ -188,6 +189,19 @@ class Guarded:
         if finite and candidate.status.applicable:
             return candidate, self._assessed(candidate)
         return None, Status.SOLVER_FAILED if candidate.status.solved else candidate.status
+
+    def _filled(self, window: Mapping[str, Array]) -> Mapping[str, Array]:
+        """The window; a number that is missing where it has no weight is that of the stage after."""
+        filled = dict(window)
+        for name in self.method.weighed:
+            if not np.isfinite(window[name]).all():
+                weights = self._problem.output_weights[:, self._problem.outputs.index(name)]
+                values = np.append(window[name], 0.0)
+                for k in reversed(range(len(weights) + 1)):
+                    if not np.isfinite(values[k]) and (k == 0 or weights[k - 1] == 0.0):
+                        values[k] = values[k + 1]
+                filled[name] = values[:-1]
+        return filled
 
     def _assessed(self, candidate: Candidate) -> Status:
         """A candidate's status, lowered to SOFT_VIOLATED where imposed constraints (N, nc) exceed 0."""
