@@ -216,15 +216,24 @@ typedef enum rumo_rule {
     RUMO_UPPER         /* an upper limit: infinite only above */
 } rumo_rule;
 
+/* The most entries of an array, so that no index overflows; a length that cannot be is longer. */
+enum { RUMO_LONGEST = 1 << 26, RUMO_NO_LENGTH };
+
 static inline int rumo_sum(const int *counts, int length) {
     int sum = 0;
-    for (int i = 0; i < length; ++i) sum += counts[i];
+    for (int i = 0; i < length; ++i) {
+        if (counts[i] < 0 || counts[i] > RUMO_LONGEST - sum) return RUMO_NO_LENGTH;
+        sum += counts[i];
+    }
     return sum;
 }
 
 static inline int rumo_sum_of_squares(const int *counts, int length) {
     int sum = 0;
-    for (int i = 0; i < length; ++i) sum += counts[i] * counts[i];
+    for (int i = 0; i < length; ++i) {
+        if (counts[i] < 0 || counts[i] > 1 << 13 || counts[i] * counts[i] > RUMO_LONGEST - sum) return RUMO_NO_LENGTH;
+        sum += counts[i] * counts[i];
+    }
     return sum;
 }
 

@@ -1,4 +1,6 @@
 /* check() finds one wrong thing at a time, and says where. */
+#include <limits.h>
+
 #include "core.h"
 
 #include "check.h"
@@ -56,6 +58,10 @@ static void sizes(const rumo_problem *good) {
     WITH_SIZE(sizes.delay, good->sizes.horizon, RUMO_TOO_LARGE, "sizes", "delay");
     WITH_SIZE(sizes.blocks, good->sizes.horizon + 1, RUMO_TOO_LARGE, "sizes", "blocks");
     WITH_SIZE(tape.length, -1, RUMO_TOO_SMALL, "tape", "length");
+    WITH_SIZE(tape.length, 1 << 30, RUMO_TOO_LARGE, "tape", "length");
+    WITH_SIZE(sizes.slots, INT_MAX, RUMO_TOO_LARGE, "sizes", "slots");
+    WITH_SIZE(sizes.horizon, RUMO_LONGEST, RUMO_TOO_LARGE, "sizes", "horizon");
+    WITH_SIZE(sizes.substeps, RUMO_LONGEST, RUMO_TOO_LARGE, "sizes", "substeps");
     WITH_SIZE(numbers.l1, NULL, RUMO_MISSING, "numbers", "l1");
     WITH_SIZE(tape.code, NULL, RUMO_MISSING, "tape", "code");
     WITH_SIZE(M.first, good->sizes.slots, RUMO_OUT_OF_RANGE, "M", "first");
@@ -72,6 +78,8 @@ static void numbers(const rumo_problem *good) {
     WITH_DOUBLE(numbers.input_scales, s->inputs, 0, INFINITY, RUMO_NOT_FINITE, "numbers", "input_scales");
     WITH_DOUBLE(numbers.bounds.input_lower, bounded, 5, NAN, RUMO_NO_LIMIT, "bounds", "input_lower");
     WITH_DOUBLE(numbers.bounds.input_upper, bounded, 2, -INFINITY, RUMO_NO_LIMIT, "bounds", "input_upper");
+    WITH_DOUBLE(numbers.input_scales, s->inputs, 0, 5e-324, RUMO_TOO_SMALL, "numbers", "input_scales");
+    WITH_DOUBLE(numbers.bounds.input_lower, bounded, 4, -1.7e308, RUMO_TOO_LARGE, "", "input_lower");
     WITH_DOUBLE(numbers.bounds.input_lower, bounded, 4, 1e6, RUMO_CROSSED, "", "input_lower");
     WITH_DOUBLE(numbers.bounds.move_lower, s->inputs, 1, 0.1, RUMO_NO_REST, "", "move_lower");
     WITH_DOUBLE(numbers.bounds.safe_input, s->inputs, 0, INFINITY, RUMO_NOT_FINITE, "bounds", "safe_input");
@@ -96,6 +104,8 @@ static void indices(const rumo_problem *good) {
     WITH_INT(B.column, good->B.count, 0, s->inputs, RUMO_OUT_OF_RANGE, "B", "column", 0);
     WITH_INT(elimination.size, e->blocks, 0, e->size[0] + 1, RUMO_OUT_OF_RANGE, "elimination", "size", e->blocks);
     WITH_INT(elimination.unknowns, nw, 1, e->unknowns[0], RUMO_OUT_OF_RANGE, "elimination", "unknowns", 1);
+    WITH_INT(elimination.below, nw, nw - 1, -1, RUMO_TOO_LARGE, "elimination", "lower", -1);
+    WITH_INT(elimination.below, nw, nw - 1, INT_MAX, RUMO_TOO_LARGE, "elimination", "lower", -1);
     WITH_INT(elimination.below, nw, nw - 1, 1 << 20, RUMO_OUT_OF_RANGE, "elimination", "below", nw - 1);
     WITH_INT(elimination.upper, rumo_sum(e->across, nw), 0, 0, RUMO_OUT_OF_RANGE, "elimination", "upper", 0);
     WITH_INT(elimination.load, 2 * rumo_sum(e->loads, e->blocks), 0, s->slots, RUMO_OUT_OF_RANGE, "elimination", "load", 0);

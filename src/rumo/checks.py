@@ -12,8 +12,13 @@ from numpy.typing import NDArray
 from rumo.errors import ArgumentError, ShapeError, UnknownNameError
 
 T = TypeVar("T")
+UNITS = "Choose a unit in which the signal is neither tiny nor huge."
 LARGEST = 2**31 - 1
 """The largest int that the C core takes."""
+SMALLEST = float(np.finfo(float).tiny)
+"""The smallest positive number whose reciprocal is a number."""
+FARTHEST = 2.0**1022
+"""Two numbers up to this size have a difference."""
 
 
 def whole_number(value: object, argument: str, least: int, most: float = LARGEST) -> int:
@@ -29,9 +34,11 @@ def positive_number(value: object, argument: str) -> float:
     """`value` as a positive finite float; anything else raises, naming `argument`."""
     if not _is_number(value):
         raise ArgumentError(argument, repr(value), "a positive number")
-    number = float(value)
+    number = _as_float(value)
     if not 0.0 < number < np.inf:
         raise ArgumentError(argument, repr(value), "a positive finite number")
+    if number < SMALLEST:
+        raise ArgumentError(argument, repr(value), f"a positive number of at least {SMALLEST:.4g}", UNITS)
     return number
 
 
@@ -39,14 +46,22 @@ def non_negative_number(value: object, argument: str) -> float:
     """`value` as a float of at least 0; anything else raises, naming `argument`."""
     if not _is_number(value) or not value >= 0.0:
         raise ArgumentError(argument, repr(value), "a number of at least 0")
-    return float(value)
+    return _as_float(value)
 
 
 def finite_number(value: object, argument: str) -> float:
     """`value` as a finite float; anything else raises, naming `argument`."""
-    if not _is_number(value) or not np.isfinite(value):
+    if not _is_number(value) or not np.isfinite(_as_float(value)):
         raise ArgumentError(argument, repr(value), "a finite number")
     return float(value)
+
+
+def _as_float(value: float) -> float:
+    """Whole numbers beyond the largest float are as good as infinite."""
+    try:
+        return float(value)
+    except OverflowError:
+        return np.inf if value > 0 else -np.inf
 
 
 def _is_number(value: object) -> TypeGuard[float]:
@@ -69,7 +84,7 @@ def as_numbers(value: object, argument: str) -> NDArray[np.floating[Any]]:
         array = np.asarray(value)
         if array.dtype.kind in "biuf" or (array.dtype.kind == "O" and None not in array.ravel().tolist()):
             return array.astype(float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         pass
     raise ShapeError(argument, repr(value), "numbers")
 

@@ -8,7 +8,7 @@ from dataclasses import fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import as_numbers, positive_number
+from rumo.checks import FARTHEST, UNITS, as_numbers, positive_number
 from rumo.errors import ArgumentError, ShapeError, UnknownNameError
 from rumo.model import Model
 from rumo.numbers import ProblemNumbers
@@ -138,6 +138,8 @@ class Draft:
             )
         if not np.isfinite(values).all():
             raise ArgumentError(argument, str(values.tolist()), "finite numbers")
+        if not (np.abs(values) <= FARTHEST).all():
+            raise ArgumentError(argument, str(values.tolist()), f"numbers of at most {FARTHEST:.4g}", UNITS)
         self._own("limits")[:, names.index(name)] = values
 
     def penalise(self, name: str, penalty: Penalty | None, argument: str) -> None:
@@ -170,6 +172,8 @@ class Draft:
             self._check_blocks(numbers)
         if scaled:
             self._check_scaled(numbers)
+        if scaled or bounded or self._changed("move_lower", "move_upper", "limits", "chosen"):
+            self._check_limits(numbers)
         return numbers
 
     def _own(self, name: str) -> Array:
@@ -227,8 +231,32 @@ class Draft:
                     names[j],
                     f"{given[k, j]:g} for a range of {ranges[j]:g}",
                     "weights, penalties and ranges whose ratio is a number",
-                    "Choose a unit in which the signal is neither tiny nor huge.",
+                    UNITS,
                 )
+
+    def _check_limits(self, numbers: ProblemNumbers) -> None:
+        """Whether limits stay numbers over ranges and scales, in whose units they hold."""
+        structure = self._structure
+        inputs = structure.model.inputs.names
+        rows = [
+            f"bounds[{row.bounded!r}]" if row.bounded else f"constraints[{row.name!r}].limit" for row in structure.rows
+        ]
+        bounds, moves = ([f"{argument}[{name!r}]" for name in inputs] for argument in ("bounds", "move_bounds"))
+        safe = [f"safe_input[{name!r}]" for name in inputs]
+        columns = (
+            (bounds, numbers.input_lower, numbers.input_scales),
+            (bounds, numbers.input_upper, numbers.input_scales),
+            (moves, numbers.move_lower[None], numbers.input_scales),
+            (moves, numbers.move_upper[None], numbers.input_scales),
+            (safe, numbers.safe_input[None], numbers.input_scales),
+            (rows, numbers.limits, numbers.constraint_scales),
+        )
+        for names, limits, scales in columns:
+            with np.errstate(all="ignore"):
+                lost = np.isfinite(limits) & ~np.isfinite(limits / scales)
+            for k, j in np.argwhere(lost):
+                given = f"{limits[k, j]:g} for a range of {scales[j]:g}"
+                raise ArgumentError(names[j], given, "limits and ranges whose ratio is a number", UNITS)
 
     def _price(self, rows: Sequence[int], penalty: Penalty | None, argument: str) -> None:
         check_penalty(penalty, argument)

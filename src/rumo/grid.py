@@ -53,7 +53,9 @@ class Grid:
         """
         intervals, equal = whole_number(intervals, "intervals", 1), whole_number(equal, "equal", 1)
         first, ratio = positive_number(first, "first"), positive_number(ratio, "ratio")
-        return cls([first * ratio ** max(i + 1 - equal, 0) for i in range(intervals)])
+        with np.errstate(all="ignore"):  # Python's own power raises where it overflows
+            growth = np.float64(ratio) ** np.maximum(np.arange(intervals) + 1 - equal, 0)
+            return cls((first * growth).tolist())
 
 
 @dataclass(frozen=True)
@@ -160,6 +162,8 @@ class IncrementBlocks(MoveBlocks):
 def stages_of(grid: Grid | None, horizon: int, sampling_time: float, delay: int) -> tuple[Array, Array]:
     """Length of each interval and time of each stage [s]."""
     if grid is None:
+        if not np.isfinite(horizon * sampling_time):
+            raise ArgumentError("sampling_time", f"{sampling_time:g} s", f"a time of which {horizon} have a sum")
         return np.full(horizon, sampling_time), sampling_time * np.arange(horizon + 1)
     steps = np.array(grid.steps)
     ahead = steps[: delay + 1]
@@ -171,7 +175,13 @@ def stages_of(grid: Grid | None, horizon: int, sampling_time: float, delay: int)
             "Inputs of the first intervals are applied for a sampling time each: see Grid.geometric(equal=...).",
         )
     steps[np.isclose(steps, sampling_time, rtol=1e-9, atol=0.0)] = sampling_time
-    return steps, np.concatenate([[0.0], np.cumsum(steps)])
+    with np.errstate(all="ignore"):
+        times = np.concatenate([[0.0], np.cumsum(steps)])
+        if not np.isfinite([times[-1], (steps / sampling_time).sum()]).all():
+            raise ArgumentError(
+                "horizon", f"steps of up to {steps.max():g} s", "steps whose sum, and ratio to the first, are numbers"
+            )
+    return steps, times
 
 
 def blocks_of(blocks: MoveBlocks | None, horizon: int, delay: int) -> MoveBlocks:

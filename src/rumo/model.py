@@ -8,7 +8,7 @@ from typing import Any
 
 import casadi as ca
 
-from rumo.checks import checked_items
+from rumo.checks import checked_items, printable
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.expressions import as_scalar, called
 from rumo.signals import Array, NamedSymbols, Signals, Values
@@ -115,7 +115,7 @@ class Model:
         parameters = checked_items(parameters, "parameters", Parameter, 'rumo.Parameter("kg", 1.0)')
         outputs = checked_items(outputs, "outputs", Output, 'rumo.Output("m", lambda x, u, p: ...)')
         algebraic = checked_items(algebraic, "algebraic", Algebraic, 'rumo.Algebraic("A", lambda x, u, p: ...)')
-        self.name = name
+        self.name = printable(name, "name")
         self.states = Signals(states, "states")
         self.inputs = Signals(inputs, "inputs")
         self.parameters = Signals({key: item.unit for key, item in parameters.items()}, "parameters")

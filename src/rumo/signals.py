@@ -8,6 +8,7 @@ from typing import Any, Generic, TypeVar, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rumo.checks import printable
 from rumo.errors import ArgumentError, ShapeError, UnknownAttributeError, UnknownNameError
 
 T = TypeVar("T")
@@ -35,7 +36,7 @@ class Signals:
     Raises
     ------
     ArgumentError
-        If a name is not a Python identifier or a unit is not a string.
+        If a name is not a Python identifier or a unit is no printable text.
     """
 
     def __init__(self, units: Mapping[str, str], role: str) -> None:
@@ -48,6 +49,7 @@ class Signals:
                 raise ArgumentError(
                     f"{role}[{name!r}]", repr(unit), "a unit as text", 'Write "1" for a signal without unit.'
                 )
+            printable(unit, f"{role}[{name!r}]")
         self._units = dict(units)
         self._index = {name: i for i, name in enumerate(self._units)}
         self.role = role
@@ -103,7 +105,7 @@ class Signals:
             return self._from_mapping(values, argument, default)
         try:
             vector = np.asarray(values, dtype=float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise ShapeError(argument, repr(values), f"{len(self)} numbers") from None
         if vector.shape != (len(self),):
             raise ShapeError(
@@ -131,7 +133,7 @@ class Signals:
             i = self.index(name, argument)
             try:
                 vector[i] = float(value)
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 raise ShapeError(f"{argument}[{name!r}]", repr(value), "one number") from None
         return vector
 

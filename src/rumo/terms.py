@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import as_numbers, checked
+from rumo.checks import FARTHEST, as_numbers, checked
 from rumo.errors import ArgumentError, ShapeError
 from rumo.model import Expression
 from rumo.signals import Array
@@ -104,7 +104,7 @@ def as_limits(value: BoundsLike, argument: str, horizon: int) -> tuple[Array, Ar
     try:
         given = [np.array([float(limit)] if np.ndim(limit) == 0 else limit, dtype=float) for limit in pair]
         lower, upper = (np.broadcast_to(limits, horizon) if limits.size == 1 else limits for limits in given)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ArgumentError(
             argument, repr(pair), "a pair (lower, upper)", "Use -inf or inf for a missing side."
         ) from None
@@ -119,6 +119,13 @@ def as_limits(value: BoundsLike, argument: str, horizon: int) -> tuple[Array, Ar
             raise ArgumentError(where, f"({low}, {high})", "numbers", "Use -inf or inf for no bound.")
         if low > high:
             raise ArgumentError(where, f"({low:g}, {high:g})", "lower <= upper", "Exchange the two bounds.")
+        if any(FARTHEST < abs(limit) < np.inf for limit in (low, high)):
+            raise ArgumentError(
+                where,
+                f"({low:g}, {high:g})",
+                f"limits of at most {FARTHEST:.4g}, whose differences are numbers",
+                "Use -inf or inf for no bound.",
+            )
         if low == np.inf or high == -np.inf:
             raise ArgumentError(where, f"({low:g}, {high:g})", "an interval with a finite number in it")
     return lower, upper

@@ -611,3 +611,87 @@ def test_substeps(substeps):
 def test_grids_and_blocks(make, message):
     with pytest.raises(rumo.ArgumentError, match=re.escape(message)):
         make()
+
+
+UNKEPT = ("a\0b", "a\ud800b", "a\x1b[2Jb", "a\nb")
+"""Text that files, terminals or C do not keep."""
+
+
+@pytest.mark.parametrize("text", UNKEPT)
+@pytest.mark.parametrize(
+    ("enter", "argument"),
+    [
+        (lambda text: model(name=text), "name"),
+        (lambda text: model(states={"angle": text, "rate": "1"}), "states['angle']"),
+        (lambda text: model(states={text: "1", "angle": "1", "rate": "1"}), "states"),
+        (lambda text: model(inputs={"torque": text}), "inputs['torque']"),
+        (lambda text: model(parameters={"mass": rumo.Parameter(text, 1.0)}), "parameters['mass']"),
+        (lambda text: model(parameters={text: rumo.Parameter("kg", 1.0)}), "parameters"),
+        (lambda text: model(outputs={"power": rumo.Output(text, lambda x, u, p: x.rate)}), "outputs['power']"),
+        (lambda text: model(outputs={text: rumo.Output("W", lambda x, u, p: x.rate)}), "outputs"),
+        (lambda text: pendulum(constraints={text: rumo.Constraint(lambda x, u, p: x.angle)}), "constraints"),
+        (lambda text: pendulum(track={text: W(1.0)}), "track"),
+        (lambda text: pendulum(bounds={text: (0.0, 1.0)}), "bounds"),
+        (lambda text: pendulum(parameters={text: 1.0}), "parameters"),
+        (lambda text: rumo.Recorder(rumo.RealTimeIteration(pendulum()), measured={"angle": text}), "measured['angle']"),
+    ],
+)
+def test_text_that_is_not_kept_is_refused_where_it_is_entered(enter, argument, text):
+    with pytest.raises(rumo.ArgumentError) as error:
+        enter(text)
+    assert str(error.value).startswith(f"{argument}: got ")
+    assert str(error.value).isprintable(), "the message can be printed"
+
+
+BEYOND = {
+    "bounds['torque']": (
+        lambda: pendulum(bounds={"torque": (-1.7e308, 1.7e308)}),
+        lambda: pendulum(bounds={"torque": (-1e308, 1.0)}),
+        lambda: pendulum(bounds={"torque": (-(10**400), 1.0)}),
+        lambda: pendulum(moves={"torque": W(1.0, 1e-20)}, bounds={"torque": (-1e300, 1e300)}),
+        lambda: pendulum().changed(bounds={"torque": (-1.7e308, 1.7e308)}),
+    ),
+    "bounds['angle']": (lambda: pendulum(bounds={"angle": (-1.7e308, 1.7e308)}),),
+    "move_bounds['torque']": (
+        lambda: pendulum(move_bounds={"torque": (-1.7e308, 1.7e308)}),
+        lambda: pendulum(moves={"torque": W(1.0, 1e-20)}, bounds={}, move_bounds={"torque": (-1e300, 1e300)}),
+    ),
+    "constraints['far'].limit": (
+        lambda: pendulum(constraints={"far": rumo.Constraint(lambda x, u, p: x.angle, limit=1.7e308)}),
+    ),
+    "safe_input['torque']": (
+        lambda: pendulum(moves={"torque": W(1.0, 1e-20)}, bounds={}, safe_input={"torque": 1e300}),
+        lambda: pendulum(bounds={}, safe_input={"torque": 10**400}),
+    ),
+    "track['angle'].range": (
+        lambda: pendulum(track={"angle": W(1.0, 5e-324)}),
+        lambda: pendulum(track={"angle": W(1.0, 10**400)}),
+    ),
+    "track['angle']": (
+        lambda: pendulum(track={"angle": W(1e300, 1e-10)}),
+        lambda: pendulum(track={"angle": W(1e-300, 1e10)}),
+        lambda: pendulum(track={"angle": W(10**400)}),
+    ),
+    "moves['torque']": (
+        lambda: pendulum(moves={"torque": W(1.0, 1e-160)}),
+        lambda: pendulum(moves={"torque": W(5e-324)}),
+    ),
+    "parameters['gravity']": (lambda: pendulum(parameters={"gravity": 10**400}),),
+    "sampling_time": (
+        lambda: pendulum(sampling_time=5e-324),
+        lambda: pendulum(sampling_time=1.7e308),
+        lambda: pendulum(sampling_time=10**400),
+    ),
+    "horizon": (lambda: pendulum(sampling_time=1.0, horizon=rumo.Grid([1.0, 1.0, 1.7e308, 1.7e308])),),
+    "steps[3]": (lambda: rumo.Grid.geometric(4, 1.0, 1e150, equal=1),),
+    "QpOptions.tolerance": (lambda: rumo.QpOptions(tolerance=5e-324),),
+    "InnovationGate.width": (lambda: InnovationGate(width=10**400),),
+}
+
+
+@pytest.mark.parametrize(("argument", "make"), [(argument, make) for argument in BEYOND for make in BEYOND[argument]])
+def test_numbers_that_overflow_are_refused_where_they_are_entered(argument, make):
+    with pytest.raises(rumo.ArgumentError) as error:
+        make()
+    assert str(error.value).startswith(f"{argument}: got ")
+    assert ", expected " in str(error.value)

@@ -240,6 +240,9 @@ def test_what_is_no_file_is_told(tmp_path):
         load(tmp_path)
     with pytest.raises(rumo.ArgumentError, match="which is no file"):
         load("/dev/zero")
+    for use in (load, lambda path: save(car_log(), path)):
+        with pytest.raises(rumo.ArgumentError, match="path"):
+            use("run\0.nc")
 
 
 def test_a_file_that_claims_too_much_is_told(kept, tmp_path):

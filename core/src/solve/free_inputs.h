@@ -12,6 +12,7 @@ typedef struct free_limits {
 } free_limits;
 
 RARE static free_limits lay_out_limits(arena *a, const dims *s, const rumo_bounds *own) {
+    if (unblocked(s) && !a->base) return (free_limits){NULL, NULL};
     if (unblocked(s)) return (free_limits){own->input_lower + s->d * s->nu, own->input_upper + s->d * s->nu};
     double *lower = alloc_doubles(a, s->n), *upper = alloc_doubles(a, s->n);
     return (free_limits){lower, upper};

@@ -60,7 +60,8 @@ RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own
     m->problem = own;
     m->guess_x = alloc_doubles(a, (s.N + 1) * s.nx);
     m->guess_u = alloc_doubles(a, s.N * s.nu);
-    m->guess_values = unblocked(&s) ? m->guess_u + s.d * s.nu : alloc_doubles(a, s.n);
+    if (!unblocked(&s)) m->guess_values = alloc_doubles(a, s.n);
+    else m->guess_values = a->base ? m->guess_u + s.d * s.nu : NULL;
     m->guess_last = alloc_doubles(a, s.nu);
     m->guess_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
 

@@ -51,6 +51,8 @@ def save(log: xr.Dataset, path: str | Path) -> Path:
         if variable.dtype.kind in "UO":
             for text in variable.to_numpy().ravel().tolist():
                 printable(text, f"log[{name!r}]")
+    if "\0" in str(path):
+        raise ArgumentError("path", repr(str(path)), "a name that a file can have")
     return write_whole(path, partial(_write, log))
 
 
@@ -68,6 +70,8 @@ def load(path: str | Path) -> xr.Dataset:
     """
     import xarray as xr  # heavy; a controller alone does without it
 
+    if "\0" in str(path):
+        raise _unfit(path, "which no file can be called")
     with open(path, "rb") as file:
         status = os.fstat(file.fileno())
         if not stat.S_ISREG(status.st_mode):
