@@ -129,6 +129,12 @@ public:
         }
     }
 
+    // In a child process: of a thread that was in here, only its lock has come along.
+    void after_fork() {
+        orphaned_ = !mutex_.try_lock();
+        if (!orphaned_) mutex_.unlock();
+    }
+
     // Bytes, known before the first step.
     std::size_t memory() const { return bytes_; }
 
@@ -137,6 +143,11 @@ private:
     struct Lock {
         explicit Lock(Controller &c) : lock_(c.mutex_, std::defer_lock) {
             if (!lock_.try_lock()) {
+                if (c.orphaned_) {
+                    const nb::object error = nb::module_::import_("rumo.errors").attr("ForkedError");
+                    PyErr_SetNone(error.ptr());
+                    throw nb::python_error();
+                }
                 nb::gil_scoped_release release;
                 lock_.lock();
             }
@@ -182,6 +193,7 @@ private:
     std::size_t bytes_ = 0, count_ = 0;
     nb::object layout_;
     std::mutex mutex_;
+    bool orphaned_ = false;
 };
 
 } // namespace

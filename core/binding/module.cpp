@@ -29,6 +29,7 @@ NB_MODULE(_core, module) {
         .def("get_applied", &Controller::get_applied)
         .def("counts", &Controller::counts)
         .def("prepare", &Controller::prepare)
+        .def("after_fork", &Controller::after_fork)
         .def("feedback", &Controller::feedback)
         .def("step", &Controller::step)
         .def("replay", &Controller::replay)

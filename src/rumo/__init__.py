@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from rumo.errors import (
         ArgumentError,
         CallOrderError,
+        ForkedError,
         FrozenError,
         PlantError,
         RumoError,
@@ -76,6 +77,7 @@ __all__ = [
     "Discretization",
     "ExplicitEuler",
     "ExtendedKalman",
+    "ForkedError",
     "FrozenError",
     "Gauss2",
     "Grid",

@@ -67,6 +67,18 @@ class CallOrderError(RumoError, RuntimeError):
     """Methods were called in an order that cannot work."""
 
 
+class ForkedError(CallOrderError):
+    """A controller was within a step of another thread when its process was forked."""
+
+    def __init__(
+        self,
+        message: str = "The process was forked while another thread was in this controller; nobody will end its "
+        "step. Make another one here, fork before threads begin to step, or start processes by spawn: "
+        'multiprocessing.get_context("spawn").',
+    ) -> None:
+        super().__init__(message)
+
+
 class PlantError(RumoError, RuntimeError):
     """The plant could not be integrated; `log` holds the run up to that sample.
 

@@ -11,7 +11,19 @@ import pytest
 import rumo
 
 SOURCE = Path(rumo.__file__).parent
-LEAVES = ["version", "errors", "checks", "status", "signals", "sealed", "files", "interrupts", "expressions", "graphs"]
+LEAVES = [
+    "version",
+    "errors",
+    "checks",
+    "status",
+    "signals",
+    "sealed",
+    "files",
+    "forks",
+    "interrupts",
+    "expressions",
+    "graphs",
+]
 ROOMS = [
     "model",
     "grid",

@@ -1,9 +1,14 @@
 """Controllers in several threads: the core works without the interpreter's lock, and one controller is never in two."""
 
+import os
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
+import pytest
 from problems import pendulum, swinging_cart
 
 import rumo
@@ -110,3 +115,48 @@ def test_a_conflict_is_that_of_ones_own_step():
     for thread in threads:
         thread.join()
     assert {conflict for seen in found for which, conflict in seen if which == 0} == {expected}
+
+
+BUSY = """
+import os, signal, sys, threading, time
+import numpy as np
+import rumo
+from rumo import ForkedError
+from problems import pendulum
+
+X, REFERENCE = [0.1, 0.0], {"angle": 0.0}
+free, busy = (rumo.RealTimeIteration(pendulum(), backend=sys.argv[1]) for _ in range(2))
+free.step(X, REFERENCE)
+if sys.argv[1] == "portable":
+    count = 300_000
+    data = np.tile(X, (count, 1)), np.zeros((count, 13, 1)), np.zeros((count, 1, 1))
+    work = lambda: busy._engine._core.replay(*data, np.zeros((count, 3)), count)
+else:
+    busy._engine.method.solve = lambda *_: time.sleep(60.0)
+    work = lambda: busy.step(X, REFERENCE)
+threading.Thread(target=work, daemon=True).start()
+time.sleep(0.2)
+child = os.fork()
+if child == 0:
+    signal.alarm(30)
+    told = []
+    for use in (lambda: busy.step(X, REFERENCE), busy.prepare, busy.reset, lambda: busy.update(weights={"angle": 2.0})):
+        try:
+            use()
+        except ForkedError as error:
+            told.append("spawn" in str(error))
+    solved = [controller.step(X, REFERENCE).status.solved for controller in (free, rumo.RealTimeIteration(pendulum()))]
+    os._exit(0 if all(solved) and told == [True] * 4 else 1)
+code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+os._exit(code if code >= 0 else 2)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
+@pytest.mark.parametrize("backend", ["portable", "reference"])
+def test_a_fork_within_a_step_is_told_and_does_not_hang(backend):
+    """In the child nobody is left to finish the step; controllers that nobody was in go on."""
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    command = [sys.executable, "-W", "ignore::DeprecationWarning", "-c", BUSY, backend]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr

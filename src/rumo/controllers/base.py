@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from inspect import signature
-from threading import RLock
 from typing import Any, Generic, NoReturn
 
 import numpy as np
@@ -17,6 +16,7 @@ from rumo.controllers.engines.base import Engine
 from rumo.controllers.explanation import Explanation, explain, local_error
 from rumo.controllers.settings import S, changed
 from rumo.errors import ArgumentError, FrozenError, ShapeError, UnknownNameError
+from rumo.forks import SharedLock
 from rumo.interrupts import interruptible
 from rumo.plan import Plan
 from rumo.problem import Problem
@@ -47,7 +47,7 @@ class Controller(Sealed, Generic[S]):
     name = "controller"
 
     def __init__(self, transcription: Transcription, engine: Engine, settings: S) -> None:
-        self._lock = RLock()  # around what is read, changed and written back; steps have the engine's
+        self._lock = SharedLock()  # around what is read, changed and written back; steps have the engine's
         self._transcription = transcription
         self._engine = engine
         self._settings = settings

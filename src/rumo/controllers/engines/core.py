@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import asdict
-from threading import RLock
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from rumo.controllers.arguments import ReferenceWindow, reference_window, tracke
 from rumo.controllers.engines.described import core_problem, core_settings, numbers_of
 from rumo.controllers.settings import Settings
 from rumo.errors import ArgumentError, CallOrderError
+from rumo.forks import SharedLock, when_forked
 from rumo.kernel import NUMBERS, Build, Core, portable, tailored
 from rumo.plan import Plan, PlanLayout
 from rumo.signals import Array, Values
@@ -26,7 +26,7 @@ class CoreEngine:
     """Steps computed by the C core, portable or compiled for the problem. Threads that share it wait for each other."""
 
     def __init__(self, transcription: Transcription, settings: Settings, *, tailor: bool) -> None:
-        self._lock = RLock()  # around changes; the core has one of its own, and knows what its plans' layout is
+        self._lock = SharedLock()  # around changes; the core has one of its own, and knows what its plans' layout is
         self._problem = transcription.problem
         description = core_problem(transcription, settings.qp.solver)
         self._solver = "condensing" if description.values["condensing"] else "riccati"
@@ -36,6 +36,7 @@ class CoreEngine:
         self._layout = PlanLayout(self._problem, settings.integrator_tolerance)
         self._size = self._layout.size
         self._core = Core(self._build.table, description.values, asdict(core_settings(settings)), self._layout)
+        when_forked(self, lambda engine: engine._core.after_fork())
 
     def configure(self, settings: Settings) -> None:
         """See `Engine.configure`."""

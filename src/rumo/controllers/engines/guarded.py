@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from threading import RLock
 from time import perf_counter
 
 import numpy as np
@@ -15,6 +14,7 @@ from rumo.controllers.engines.described import core_settings, guard_of, limits_o
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.settings import ControllerSettings
 from rumo.errors import CallOrderError
+from rumo.forks import SharedLock
 from rumo.interrupts import interruptible
 from rumo.kernel import SLACK_TOLERANCE
 from rumo.plan import INTEGRATOR_TOLERANCE, Outcome, Plan, PlanLayout
@@ -39,7 +39,7 @@ class Guarded:
     def __init__(self, method: Method, settings: ControllerSettings, backend: str = "numpy") -> None:
         self.backend = backend
         self.method = method
-        self._lock = RLock()
+        self._lock = SharedLock()
         self._guard = guard_of(method.transcription, settings)
         self._guess: Trajectory | None = None  # where the next step linearises or starts from
         self._wanted: Mapping[str, Array] | None = None  # the last reference
