@@ -235,9 +235,11 @@ typedef struct pattern {
 """
     ]
     parts += [problem_source(values, f"pattern_{index}") for index, values in enumerate(small)]
+    parts.append("#ifndef WITHOUT_STRAIGHT_LINES\n#define STRAIGHT(name) name")
     parts += [elimination_source(of.values, f"straight_{index}", 8) for index, of in enumerate(small)]
+    parts.append("#else\n#define STRAIGHT(name) NULL\n#endif")
     parts += [problem_source(values, f"wide_{index}") for index, values in enumerate(wide)]
-    rows = ", ".join(f"{{&pattern_{index}, straight_{index}}}" for index in range(count))
+    rows = ", ".join(f"{{&pattern_{index}, STRAIGHT(straight_{index})}}" for index in range(count))
     parts.append(f"static const pattern patterns[] = {{{rows}}};\nenum {{ PATTERNS = {count} }};\n")
     rows = ", ".join(f"&wide_{index}" for index in range(len(wide)))
     parts.append(f"static const rumo_problem *const wide_patterns[] = {{{rows}}};\n")
