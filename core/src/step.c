@@ -72,23 +72,28 @@ static void prepare(rumo_controller *ctl) {
 }
 
 /* Whether something is wanted wherever that has a weight. */
-static int is_usable(const rumo_controller *ctl, const double *reference) {
+RARE static int is_usable(const rumo_controller *ctl, const double *reference) {
     const int ny = ctl->s.ny;
-    if (all_finite(reference, (ctl->s.N + 1) * ny)) return 1;
     const double *weights = ctl->problem.numbers.output_weights;
     for (int i = 0; i < ctl->s.N * ny; ++i)
         if (!isfinite(reference[ny + i]) && weights[i] != 0.0) return 0;
     return 1;
 }
 
-/* What is wanted, where there is no number that of the stage after. It can be expected at the next sample too, whatever the
- * measurement is worth. */
-static int keep_reference(rumo_controller *ctl, const double *reference) {
+/* What is wanted, where there is no number that of the stage after. */
+RARE static void fill_reference(rumo_controller *ctl, const double *reference) {
     const int ny = ctl->s.ny, count = (ctl->s.N + 1) * ny;
-    if (!is_usable(ctl, reference)) return 0;
     double *kept = ctl->last_reference;
     for (int i = count - 1; i >= 0; --i)
         kept[i] = isfinite(reference[i]) ? reference[i] : i + ny < count ? kept[i + ny] : 0.0;
+}
+
+/* What is wanted can be expected at the next sample too, whatever the measurement is worth. */
+static int keep_reference(rumo_controller *ctl, const double *reference) {
+    const int count = (ctl->s.N + 1) * ctl->s.ny;
+    if (all_finite(reference, count)) copy(ctl->last_reference, reference, count);
+    else if (is_usable(ctl, reference)) fill_reference(ctl, reference);
+    else return 0;
     return ctl->has_reference = 1;
 }
 
