@@ -69,10 +69,10 @@ def balanced(matrices: Array) -> Array:
     unit = np.ones(matrices.shape[:2])
     for _ in range(SWEEPS):
         for r in range(matrices.shape[1]):
-            with np.errstate(over="ignore"):
+            with np.errstate(over="ignore"):  # a ratio beyond all numbers is cut like other huge ones
                 in_row = (size[:, r] / unit).max(axis=1) * unit[:, r]
                 in_column = (size[:, :, r] * unit).max(axis=1) / unit[:, r]
-            both = (in_row > 0.0) & (in_column > 0.0) & np.isfinite(in_row) & np.isfinite(in_column)
-            fitting = unit[both, r] * np.sqrt(in_column[both]) / np.sqrt(in_row[both])
+                both = (in_row > 0.0) & (in_column > 0.0) & np.isfinite(in_row) & np.isfinite(in_column)
+                fitting = unit[both, r] * np.sqrt(in_column[both] / in_row[both])
             unit[both, r] = np.clip(fitting, 1.0 / HUGE, HUGE)
     return matrices * unit[:, :, None] / unit[:, None, :]
