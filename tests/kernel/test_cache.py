@@ -113,7 +113,10 @@ for home in (None, "/", "/root", "/nonexistent"):
 
 @root_only
 @pytest.mark.skipif(
-    not all(os.stat(place).st_mode & stat.S_IXOTH for place in Path(rumo.__file__).parents),
+    not all(
+        os.stat(place).st_mode & stat.S_IXOTH
+        for place in (*Path(rumo.__file__).parents, *tailored.SOURCES.parents, *Path(sys.prefix).parents)
+    ),
     reason="no other user can read the package where it is installed",
 )
 def test_a_service_without_a_home_has_its_default_controller():
