@@ -18,7 +18,11 @@ BACKENDS = ("reference", "riccati", "condensing")
 
 
 def made_with(problem, backend, scheme=None, **settings):
-    """A controller with a backend, or with a solver of the portable one."""
+    """A controller with a backend, or with a solver of the portable one; its steps are taken as they come.
+
+    Where steps are cut, the last bits of backends that differ decide how often, and become a part of the result.
+    """
+    settings = {"trusted_step": np.inf} | settings
     if backend not in BACKENDS[1:]:
         return rumo.RealTimeIteration(problem, scheme, qp=EXACT, backend=backend, **settings)
     qp = rumo.QpOptions(tolerance=1e-12, solver=backend)
@@ -26,8 +30,8 @@ def made_with(problem, backend, scheme=None, **settings):
 
 
 def reference_with(problem, optimize):
-    """The reference's real-time iteration with a QP solver of one's own."""
-    transcription, settings = Transcription(problem), rumo.Settings()
+    """The reference's plain real-time iteration with a QP solver of one's own."""
+    transcription, settings = Transcription(problem), rumo.Settings(trusted_step=np.inf)
     method = NumpyRti(transcription, settings, optimize)
     return rumo.Controller(transcription, Guarded(method, settings, "reference"), settings)
 

@@ -181,6 +181,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     settings.qp_iterations = take_below(&s, 2) ? 100 : take_int(&s, 3);
     settings.gate_width = take_double(&s, 3.0);
     settings.gate_patience = take_int(&s, 8);
+    settings.trusted_step = take_below(&s, 2) ? (double)INFINITY : take_double(&s, 0.1);
+    settings.settling_iterations = take_below(&s, 4);
     const rumo_fault fault = rumo_core.check(&p);
     REQUIRE(!m.hopeless || fault.error);
     REQUIRE(strlen(rumo_core.error_text(fault.error)) + strlen(fault.part) + strlen(fault.member) > 0);

@@ -38,7 +38,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
            *l1 = numbers(&s, rows, (double)INFINITY), *l2 = numbers(&s, rows, 0.0);
     for (int i = 0; i < n; ++i) hessian[i * n + i] += 1.0;
     const rumo_qp_data d = {n, rows, hessian, gradient, lower, upper, matrix, row_lower, row_upper, l1, l2};
-    const rumo_settings settings = {1, 0, 1e-9, take_below(&s, 2) ? 200 : take_below(&s, 8), 1e-10, (double)INFINITY, 3.0, 8};
+    const rumo_settings settings = {.qp_iterations = take_below(&s, 2) ? 200 : take_below(&s, 8),
+                                    .qp_tolerance = 1e-10,
+                                    .qp_seconds = (double)INFINITY};
     void *memory = malloc(rumo_core.qp_size(n, rows));
     double *v = calloc((size_t)n, sizeof *v), *multipliers = calloc((size_t)all, sizeof *multipliers);
     int *conflict = calloc((size_t)all, sizeof *conflict);

@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 8
+#define RUMO_CORE_VERSION 9
 
 /* What the failure policy goes by; methods outside the core read these too. */
 #define RUMO_GATE_STAGES 15       /* over which the gate asks how far a state can go: over a long horizon, anywhere */
@@ -23,6 +23,7 @@ extern "C" {
 typedef enum rumo_status {
     RUMO_OPTIMAL,
     RUMO_SOFT_VIOLATED,
+    RUMO_UNTRUSTED,
     RUMO_BUDGET_EXCEEDED,
     RUMO_ILL_CONDITIONED,
     RUMO_SOLVER_FAILED,
@@ -92,8 +93,9 @@ typedef enum rumo_operation {
 typedef enum rumo_diagnostic {
     RUMO_INTEGRATOR_RESIDUAL, /* Newton correction of the guess onto the dynamics, over the reach of the inputs */
     RUMO_STEP,                /* largest change of a free input, over its range */
-    RUMO_CONTRACTION,         /* step over that of the iteration before */
+    RUMO_CONTRACTION,         /* step over that of the iteration before, at the same sample */
     RUMO_KKT_RESIDUAL,        /* what the plan lacks of solving its QP, stage by stage and without units */
+    RUMO_COMMAND_ERROR,       /* estimate of what further iterations would change of the command, over its range */
     RUMO_DIAGNOSTIC_COUNT
 } rumo_diagnostic;
 

@@ -32,14 +32,16 @@
 #define RUMO_UNKNOWNS (s->states + s->algebraic + s->inner)
 #define RUMO_INNER (s->explicit_scheme ? 0 : s->substeps * RUMO_UNKNOWNS - s->states)
 
-#define RUMO_SETTINGS_TABLE(COUNT, REAL)                                                           \
-    COUNT(sqp_iterations, 1)                                                                       \
-    COUNT(preparation_iterations, 0) /* on the predicted state, before the measurement is known */ \
-    REAL(sqp_tolerance)                                                                            \
-    COUNT(qp_iterations, 0)          /* changes of the working set per QP */                       \
-    REAL(qp_tolerance)               /* of a row, in units of the inputs' ranges */                \
-    REAL(qp_seconds)                 /* time for a QP; infinite for none */                        \
-    REAL(gate_width)                 /* of the innovation gate; infinite for none */               \
+#define RUMO_SETTINGS_TABLE(COUNT, REAL)                                                              \
+    COUNT(sqp_iterations, 1)                                                                          \
+    COUNT(preparation_iterations, 0) /* on the predicted state, before the measurement is known */    \
+    REAL(sqp_tolerance)                                                                               \
+    COUNT(settling_iterations, 0)    /* where the first step is not to be trusted */                  \
+    REAL(trusted_step)               /* of an input over its range; infinite: steps are not judged */ \
+    COUNT(qp_iterations, 0)          /* changes of the working set per QP */                          \
+    REAL(qp_tolerance)               /* of a row, in units of the inputs' ranges */                   \
+    REAL(qp_seconds)                 /* time for a QP; infinite for none */                           \
+    REAL(gate_width)                 /* of the innovation gate; infinite for none */                  \
     COUNT(gate_patience, 0)          /* consistent implausible samples before they are believed */
 
 /* A straight-line program that computes the terms of one substep from its arguments: 0 the state at its end, 1 the one

@@ -22,13 +22,16 @@ struct rumo_controller {
     double *inner;           /* (ni, lanes): its other unknowns of the intervals, see inner.c */
     double *guess_rest;      /* constraints, z, diagnostics of the iteration before, see attempt() */
     int prepared;
+    int still;               /* whether the guess is a state at rest, which nobody has planned */
     int behind;              /* samples between what the solver keeps and the guess: 0 or 1 */
+    double *from_u, *from_x, *from_inner; /* the guess that iterations of a sample begin with, or a step is cut from */
+    double *values;          /* (nb, nu): of the plan's blocks */
     double *stored_u, *stored_x, *stored_inner; /* the guess before iterations of its preparation, */
     int stored;                                 /* if there were any */
     double *last_reference;  /* (N + 1, ny): wanted at the sample before, */
     double *expected;        /* and the same one sample later */
     int has_reference;
-    double last_step;        /* largest change of a free input in the iteration before, NaN if there was none */
+    double last_step;        /* largest change of a free input in the iteration before, NaN if it is the sample's first */
     double *near_reach;      /* (nx,): over the stages of the gate, where the gate has to know */
     double straying;         /* of the last guess linearised about, see straying() */
     double prepare_seconds, linearize_seconds, linearized_at;

@@ -5,13 +5,40 @@
 #include "base/clock.h"
 #include "controller.h"
 #include "guard/shift.c"
+#include "stages/defects.c"
 #include "stages/inner.c"
 #include "stages/linearise.c"
 
 /* Steps below this share of the inputs' ranges are rounding. */
 #define NO_STEP 1e-12
+/* Iterations converge if each step is less than this share of the one before. */
+#define CONVERGING 0.5
+/* One that is less may be luck: the iteration converges linearly. */
+#define LEAST_CONTRACTION 0.25
 /* The most that a state may be multiplied by within an interval. */
 #define FASTEST_GROWTH 1e8
+
+/* Linearise about this next. */
+static void set_guess(rumo_controller *ctl, const double *u, const double *x, const double *inner) {
+    const dims *s = &ctl->s;
+    copy(ctl->stages.guess_u, u, s->N * s->nu);
+    copy(ctl->stages.guess_x, x, (s->N + 1) * s->nx);
+    copy(ctl->stages.guess_inner, inner, s->ni * s->lanes);
+}
+
+static void guess_plan(rumo_controller *ctl) {
+    set_guess(ctl, plan_u(ctl), plan_x(ctl), ctl->inner);
+    copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(&ctl->s));
+}
+
+/* What the iteration before found is the plan again: it is the guess. */
+static void recall_guess(rumo_controller *ctl) {
+    const dims *s = &ctl->s;
+    copy(plan_u(ctl), ctl->stages.guess_u, s->N * s->nu);
+    copy(plan_x(ctl), ctl->stages.guess_x, (s->N + 1) * s->nx);
+    copy(plan_constraints(ctl), ctl->guess_rest, rest_of_plan(s));
+    copy(ctl->inner, ctl->stages.guess_inner, s->ni * s->lanes);
+}
 
 /* A guess of a state at rest, with the last input decided. */
 static void start_guess(rumo_controller *ctl, const double *x) {
@@ -20,6 +47,7 @@ static void start_guess(rumo_controller *ctl, const double *x) {
     for (int k = 0; k <= s->N; ++k) copy(m->guess_x + k * s->nx, x, s->nx);
     rest(&ctl->guard, m->guess_u);
     guess_inner(m, x);
+    ctl->still = 1;
     ctl->last_step = NAN;
     ctl->prepared = ctl->stored = ctl->behind = m->balanced = 0;
     solver_of(&ctl->problem.sizes)->forget(&ctl->solving);
@@ -30,6 +58,7 @@ RARE static void engage(rumo_controller *ctl, const double *x, const double *u) 
     stage_maps *m = &ctl->stages;
     const dims *s = &ctl->s;
     start_guess(ctl, x);
+    ctl->still = 0;
     copy(m->guess_x, x, (s->N + 1) * s->nx);
     copy(m->guess_u, u, s->N * s->nu);
     for (int i = 0; i < s->ni; ++i) {
@@ -41,28 +70,6 @@ RARE static void engage(rumo_controller *ctl, const double *x, const double *u) 
     }
 }
 
-/* The largest size of a number of any interval but the last. */
-static double largest_before_last(const double *lanes, int N) {
-    const int whole = (N - 1) / LANES * LANES;
-    double largest = largest_size(lanes, whole);
-    for (int k = whole; k + 1 < N; ++k) largest = larger(largest, fabs(lanes[k]));
-    return largest;
-}
-
-/* How far the guess is from satisfying the dynamics, over the reach of the inputs; but not where it is extrapolated. */
-static double straying(const stage_maps *m) {
-    const dims *s = &m->s;
-    double worst = 0.0;
-    for (int r = 0; r < s->nx; ++r) {
-        const int e = is_wide(m) ? -1 : m->map.start[r + 1] - 1; /* the last entry of a row is c, if it has one */
-        const int there = is_wide(m) || (e >= m->map.start[r] && m->map.column[e] == s->width - 1);
-        if (!there || !(m->reach[r] > 0.0)) continue;
-        const double *c = is_wide(m) ? m->correction + (ptrdiff_t)r * s->lanes : m->maps + (ptrdiff_t)e * s->lanes;
-        worst = larger(worst, largest_before_last(c, s->N) / m->reach[r]);
-    }
-    return worst;
-}
-
 /* Whether an interval, but the last, multiplies a state by so much that rounding decides what follows. */
 static int runs_away(const stage_maps *m) {
     const dims *s = &m->s;
@@ -72,19 +79,23 @@ static int runs_away(const stage_maps *m) {
     return 0;
 }
 
-/* Linearise about the guess, and let the solver prepare; what it keeps of the sample before is shifted once. OPTIMAL, or why
+/* Let the solver prepare for the stages as linearised; what it keeps of the sample before is shifted once. OPTIMAL, or why
  * there can be no solution. */
-static rumo_status linearize(rumo_controller *ctl) {
+static rumo_status make_ready(rumo_controller *ctl) {
     stage_maps *const m = &ctl->stages;
-    const int usable = linearise(m, last_decided(&ctl->guard));
-    ctl->linearized_at = seconds_now();
-    if (!usable) return RUMO_SOLVER_FAILED;
     if (!solver_of(&ctl->problem.sizes)->prepare(&ctl->solving, m, ctl->behind)) return RUMO_ILL_CONDITIONED;
     solver_of(&ctl->problem.sizes)->reach(&ctl->solving, ctl->s.N, m->reach);
     if (runs_away(m)) return RUMO_ILL_CONDITIONED;
     ctl->behind = 0;
     ctl->straying = straying(m);
     return RUMO_OPTIMAL;
+}
+
+/* Linearise about the guess, and make ready. */
+static rumo_status linearize(rumo_controller *ctl) {
+    const int usable = linearise(&ctl->stages, last_decided(&ctl->guard));
+    ctl->linearized_at = seconds_now();
+    return usable ? make_ready(ctl) : RUMO_SOLVER_FAILED;
 }
 
 /* Copy the algebraic variables into the plan's numbers. */
@@ -120,6 +131,12 @@ static WITHIN rumo_status expand(rumo_controller *ctl, const double *x, rumo_sta
     return status == RUMO_OPTIMAL && violated ? RUMO_SOFT_VIOLATED : status;
 }
 
+/* What is left of a step, if each is to the one before as this one was; NaN where that says nothing. */
+static inline double error_left(double contraction, double size) {
+    const double ratio = larger(contraction, LEAST_CONTRACTION);
+    return contraction < CONVERGING ? size * ratio / (1.0 - ratio) : NAN;
+}
+
 /* How far the iteration has come. */
 static void diagnose(rumo_controller *ctl) {
     double *d = plan_diagnostics(ctl);
@@ -128,6 +145,7 @@ static void diagnose(rumo_controller *ctl) {
     d[RUMO_STEP] = size;
     d[RUMO_CONTRACTION] = ctl->last_step > NO_STEP ? size / ctl->last_step : NAN;
     d[RUMO_KKT_RESIDUAL] = ctl->step.kkt_residual;
+    d[RUMO_COMMAND_ERROR] = ctl->last_step > NO_STEP ? error_left(size / ctl->last_step, size) : NAN;
     ctl->last_step = size;
 }
 

@@ -7,20 +7,7 @@
 #include "guard/follow.c"
 #include "guard/gate.c"
 #include "guard/stray.c"
-#include "iterate.c"
-
-/* Linearise about this next. */
-static void set_guess(rumo_controller *ctl, const double *u, const double *x, const double *inner) {
-    const dims *s = &ctl->s;
-    copy(ctl->stages.guess_u, u, s->N * s->nu);
-    copy(ctl->stages.guess_x, x, (s->N + 1) * s->nx);
-    copy(ctl->stages.guess_inner, inner, s->ni * s->lanes);
-}
-
-static void guess_plan(rumo_controller *ctl) {
-    set_guess(ctl, plan_u(ctl), plan_x(ctl), ctl->inner);
-    copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(&ctl->s));
-}
+#include "settle.c"
 
 /* Put the guess aside, for another preparation of the same sample. */
 static void store_guess(rumo_controller *ctl) {
@@ -63,7 +50,7 @@ static void prepare(rumo_controller *ctl) {
     ctl->linearize_seconds = NAN;
     if (ctl->guard.has_guess) {
         if (ctl->stored) set_guess(ctl, ctl->stored_u, ctl->stored_x, ctl->stored_inner);
-        ctl->guard.has_guess = linearize(ctl) == RUMO_OPTIMAL && keep_guess(&ctl->guard, ctl->straying);
+        ctl->guard.has_guess = linearize(ctl) == RUMO_OPTIMAL && (!is_plain(ctl) || keep_guess(&ctl->guard, ctl->straying));
         ctl->linearize_seconds = ctl->linearized_at - start;
     }
     if (ctl->settings.preparation_iterations > 0) advance_guess(ctl);
@@ -105,29 +92,11 @@ static rumo_status attempt(rumo_controller *ctl, const double *x, const double *
     if (is_near(&ctl->guard, x)) zero(ctl->near_reach, s->nx);
     else solver_of(&ctl->problem.sizes)->reach(&ctl->solving, gate_stages(s), ctl->near_reach);
     if (!plausible(&ctl->guard, x, ctl->near_reach)) return RUMO_BAD_MEASUREMENT;
-    if (!ctl->guard.has_guess) {
-        start_guess(ctl, x);
-        const rumo_status usable = linearize(ctl);
-        if (usable != RUMO_OPTIMAL) return usable;
-    }
-    rumo_status status = iterate(ctl, x, reference, plan);
-    for (int i = 1; i < ctl->settings.sqp_iterations && is_solved(status); ++i) {
-        if (change(ctl) < ctl->settings.sqp_tolerance) break;
-        guess_plan(ctl);
-        if (linearize(ctl) != RUMO_OPTIMAL) break;
-        const rumo_status better = iterate(ctl, x, reference, plan);
-        if (!is_solved(better)) {
-            /* Keep what the iteration before found: it is the guess. */
-            copy(plan_u(ctl), ctl->stages.guess_u, s->N * s->nu);
-            copy(plan_x(ctl), ctl->stages.guess_x, (s->N + 1) * s->nx);
-            copy(plan_constraints(ctl), ctl->guess_rest, rest_of_plan(s));
-            copy(ctl->inner, ctl->stages.guess_inner, s->ni * s->lanes);
-            plan->conflicts = 0; /* that was the other's */
-            break;
-        }
-        status = better;
-    }
-    return status;
+    ctl->last_step = NAN; /* a step at another sample says nothing of this one's iterations */
+    const int guessed = ctl->guard.has_guess && (!ctl->still || is_plain(ctl));
+    const rumo_status status = guessed ? try_guess(ctl, x, reference, plan) : try_start(ctl, x, reference, plan);
+    if (!guessed || is_plain(ctl) || status <= RUMO_BUDGET_EXCEEDED) return status;
+    return try_start(ctl, x, reference, plan);
 }
 
 /* What is applied, and the guess that comes of it. */
@@ -143,7 +112,7 @@ static void conclude(rumo_controller *ctl, rumo_status cause, rumo_plan *plan) {
     plan->status = follow(&ctl->guard, solved, cause);
     if (!solved && g->has_next) show_algebraic(ctl);
     if (g->has_next) set_guess(ctl, g->next_u, g->next_x, g->next_inner);
-    ctl->prepared = ctl->stored = 0;
+    ctl->prepared = ctl->stored = ctl->still = 0;
     ctl->behind = 1;
 }
 

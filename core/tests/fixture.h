@@ -17,7 +17,14 @@ typedef struct fixture {
     const int *status;       /* (samples,) */
 } fixture;
 
-static const rumo_settings usual = {1, 0, 1e-9, 1000, 1e-10, (double)INFINITY, 3.0, 8};
+static const rumo_settings usual = {.sqp_iterations = 1,
+                                    .sqp_tolerance = 1e-9,
+                                    .trusted_step = (double)INFINITY,
+                                    .qp_iterations = 1000,
+                                    .qp_tolerance = 1e-10,
+                                    .qp_seconds = (double)INFINITY,
+                                    .gate_width = 3.0,
+                                    .gate_patience = 8};
 
 static inline int decided_of(const rumo_sizes *s) { return (s->delay > 1 ? s->delay : 1) * s->inputs; }
 

@@ -73,13 +73,16 @@ static void drive(const fixture *f, const rumo_settings *settings) {
 
 int main(void) {
     printf("no steps without memory\n"); /* the stream's buffer, before anything counts */
-    rumo_settings several = usual, hurried = usual, timed = usual, open = usual;
+    rumo_settings several = usual, hurried = usual, timed = usual, open = usual, judged = usual, careful = usual;
     several.sqp_iterations = 4;
     several.preparation_iterations = 2;
     hurried.qp_iterations = 1;
     timed.qp_seconds = 0.0;
     open.gate_width = INFINITY;
-    const rumo_settings *const all[] = {&usual, &several, &hurried, &timed, &open};
+    judged.trusted_step = 0.0;
+    careful.trusted_step = 0.01;
+    careful.settling_iterations = 20;
+    const rumo_settings *const all[] = {&usual, &several, &hurried, &timed, &open, &judged, &careful};
     void *volatile piece; /* the compiler may not leave it out */
     armed = 1;
     piece = malloc(1);

@@ -72,11 +72,15 @@ class Diagnostics:
     step : float
         Largest change of a free input from the guess to the plan, over its range.
     contraction : float
-        That over the same of the iteration before: below 1 the iteration converges, as far as samples allow.
+        That over the same of the iteration before at this sample: below 1 the iteration converges.
     kkt_residual : float
         What the plan lacks of solving its QP, by the optimality conditions stage by stage and without units: forces
         that nothing balances, over the largest of those on the same input or state; violations of the dynamics, over
         the largest terms of the same state, and of hard limits, over the inputs' ranges.
+    command_error : float
+        Estimate of how far the command is from the one that iterations to convergence come to, over its range: what is
+        left of the plan's step, if steps go on as a geometric series whose ratio is the contraction, or a quarter if
+        that is less. An estimate and no bound; NaN after one iteration, or where the contraction is a half or more.
     """
 
     integrator_residual: float
@@ -84,9 +88,10 @@ class Diagnostics:
     step: float
     contraction: float
     kkt_residual: float
+    command_error: float
 
 
-DIAGNOSTICS = ("integrator_residual", "step", "contraction", "kkt_residual")
+DIAGNOSTICS = ("integrator_residual", "step", "contraction", "kkt_residual", "command_error")
 """Those that are numbers, in the order of `rumo_diagnostic` in rumo_core.h."""
 INTEGRATOR_TOLERANCE = 0.01
 
@@ -94,7 +99,7 @@ INTEGRATOR_TOLERANCE = 0.01
 class PlanLayout:
     """Where the parts of a plan lie in its numbers.
 
-    Inputs (N, nu), states (N + 1, nx), path constraints (N, nc), algebraic variables (N, nz), diagnostics (4,).
+    Inputs (N, nu), states (N + 1, nx), path constraints (N, nc), algebraic variables (N, nz), diagnostics (5,).
     """
 
     def __init__(self, problem: Problem, integrator_tolerance: float = INTEGRATOR_TOLERANCE) -> None:
@@ -158,6 +163,15 @@ class Plan:
     def cause(self) -> Status:
         """The same, but when the plan is exhausted: then what kept this step from being solved."""
         return STATUSES[self._outcome[2]]
+
+    @property
+    def trusted(self) -> bool:
+        """Whether it solves the nonlinear problem as far as a sample's iterations can tell: it is `solved`.
+
+        A linearising controller trusts a first iteration that changes the inputs little, about a guess that satisfies
+        the dynamics, or further ones that have settled; see `Settings`. One whose steps are not judged trusts them all.
+        """
+        return self.status.solved
 
     @property
     def iterations(self) -> int:

@@ -14,6 +14,7 @@ class Status(Enum):
 
     OPTIMAL = "Solved; every constraint that the inputs can influence holds."
     SOFT_VIOLATED = "Solved; a soft constraint is violated. The plan's slacks say where and by how much."
+    UNTRUSTED = "Solved as linearised, which does not hold where the plan leads; it is used, for want of a better one."
     BUDGET_EXCEEDED = "The iteration or time budget ran out; the best admissible plan is used."
     ILL_CONDITIONED = "Too ill-conditioned to trust a solution; the previous plan, shifted, is used."
     SOLVER_FAILED = "The optimisation failed; the previous plan, shifted, is used."
@@ -32,7 +33,7 @@ class Status(Enum):
     @property
     def applicable(self) -> bool:
         """Whether the plan that a solver comes to with this status is applied; else the failure policy acts."""
-        return self.solved or self is Status.BUDGET_EXCEEDED
+        return self.solved or self in (Status.UNTRUSTED, Status.BUDGET_EXCEEDED)
 
     @property
     def reason(self) -> str:

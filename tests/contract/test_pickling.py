@@ -83,12 +83,8 @@ def test_plans_and_what_is_in_them(way):
     plan = [controller.step(x, window) for _ in range(2)][-1]
     other = way(plan)
     np.testing.assert_array_equal(numbers(other), numbers(plan))
-    assert (other.status, other.cause, other.timings, other.diagnostics) == (
-        plan.status,
-        plan.cause,
-        plan.timings,
-        plan.diagnostics,
-    )
+    assert (other.status, other.cause, other.timings) == (plan.status, plan.cause, plan.timings)
+    assert str(other.diagnostics) == str(plan.diagnostics)  # some of which are NaN
     assert other.command["torque"] == plan.command["torque"]
     assert str(way(controller.explain(plan))) == str(controller.explain(plan))
     assert way(plan.x).signals.names == plan.x.signals.names

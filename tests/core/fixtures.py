@@ -174,7 +174,7 @@ def recorded(fixture, samples, seed=0):
     """A loop closed with the predicted state and some noise: x, references, applied inputs, numbers, statuses."""
     problem = fixture.problem
     qp = rumo.QpOptions(solver=fixture.solver)
-    controller = rumo.RealTimeIteration(problem, fixture.scheme, qp=qp, backend=fixture.record)
+    controller = rumo.RealTimeIteration(problem, fixture.scheme, qp=qp, backend=fixture.record, trusted_step=np.inf)
     rng = np.random.default_rng(seed)
     x = np.array(fixture.x)
     rows = []

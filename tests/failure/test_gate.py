@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from problems import car, cooled_reactor, pendulum, stiff_reactor, swinging_cart
+from problems import car, cooled_reactor, made_with, pendulum, stiff_reactor, swinging_cart
 
 import rumo
 from rumo import InnovationGate, Status
@@ -177,7 +177,7 @@ def test_backends_judge_sequences_with_freezes_and_jumps_alike(gate):
 def test_after_a_believed_jump_backends_judge_guesses_alike(make, state, jump):
     problem, x, reference = make()
     gate = InnovationGate(width=1.0, patience=0)
-    controllers = [rumo.RealTimeIteration(problem, backend=backend, gate=gate) for backend in BACKENDS]
+    controllers = [made_with(problem, backend, gate=gate) for backend in BACKENDS]
     x = np.array(x)
     for k in range(12):
         x[state] += jump if k == 3 else 0.0

@@ -9,6 +9,7 @@ from problems import car, pendulum, rod
 import rumo
 from rumo.controllers.engines.described import core_problem
 from rumo.kernel import Core, Settings, as_numbers
+from rumo.plan import DIAGNOSTICS
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +130,7 @@ def test_a_step_says_with_which_numbers_it_was_made(values):
 def told():
     problem, x, window = car()
     reference = np.ascontiguousarray(np.column_stack([np.broadcast_to(window[name], 16) for name in problem.outputs]))
-    return np.array(x), reference, np.empty(15 * 2 + 16 * 9 + 15 * 4 + 4)
+    return np.array(x), reference, np.empty(15 * 2 + 16 * 9 + 15 * 4 + len(DIAGNOSTICS))
 
 
 def step(core, function=None):
@@ -149,7 +150,7 @@ def test_bounds_of_an_interval_are_the_solvers():
     upper[3:5] = 0.1
     settings = replace(Settings(), sqp_iterations=30)
     core = Core(0, description.values | {"input_upper": upper}, asdict(settings))
-    numbers = np.empty(10 * 1 + 11 * 2 + 4)
+    numbers = np.empty(10 * 1 + 11 * 2 + len(DIAGNOSTICS))
     _, status, *_ = core.step(np.array([0.0, 0.0]), np.full((11, len(problem.outputs)), 0.8), numbers)
     assert status == 0
     u, x = numbers[:10].reshape(10, 1), numbers[10:32].reshape(11, 2)

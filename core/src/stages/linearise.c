@@ -8,15 +8,25 @@
 #include "stages/inner.c"
 #include "stages/stages.h"
 
+/* The values of the blocks (nb, nu) of inputs (N, nu). */
+static void values_of_blocks(const stage_maps *m, const double *u, double *values) {
+    const dims *s = &m->s;
+    const rumo_blocking *held = &m->problem->blocking;
+    if (unblocked(s)) {
+        copy(values, u + s->d * s->nu, s->n);
+        return;
+    }
+    zero(values, s->n);
+    for (int k = s->d; k < s->N; ++k)
+        for (int j = 0; j < s->nu; ++j) values[block_at(s, held, k) * s->nu + j] += held->part[k] * u[k * s->nu + j];
+}
+
 /* Where inputs are held over blocks, hold those of the guess as well. */
 static void hold_guess(stage_maps *m, const double *last) {
     const dims *s = &m->s;
     const rumo_blocking *held = &m->problem->blocking;
     if (unblocked(s)) return;
-    zero(m->guess_values, s->n);
-    for (int k = s->d; k < s->N; ++k)
-        for (int j = 0; j < s->nu; ++j)
-            m->guess_values[block_at(s, held, k) * s->nu + j] += held->part[k] * m->guess_u[k * s->nu + j];
+    values_of_blocks(m, m->guess_u, m->guess_values);
     for (int k = s->d; k < s->N; ++k)
         for (int j = 0; j < s->nu; ++j)
             m->guess_u[k * s->nu + j] = blocked_input(s, held, last, m->guess_values, k, j);

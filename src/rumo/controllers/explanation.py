@@ -13,6 +13,7 @@ from rumo.discretization.stability import eigenvalues
 from rumo.kernel import SLACK_TOLERANCE
 from rumo.plan import Plan
 from rumo.signals import Array, NamedArray
+from rumo.status import Status
 from rumo.transcription import Transcription
 
 CONVERGED = 1e-6
@@ -150,7 +151,11 @@ def _convergence(plan: Plan) -> str:
         words += ", as good as none"
     elif np.isfinite(diagnostics.contraction):
         words += f", {diagnostics.contraction:.2g} times the one before"
-    return f"{words}; KKT residual {diagnostics.kkt_residual:.2g}."
+    if np.isfinite(diagnostics.command_error):
+        words += f", and further ones would change the command by some {diagnostics.command_error:.2g} of its range"
+    if np.isfinite(diagnostics.kkt_residual):
+        words += f"; KKT residual {diagnostics.kkt_residual:.2g}"
+    return f"{words}." + (" The iterations have not settled." if plan.cause is Status.UNTRUSTED else "")
 
 
 def _stages(found: Iterator[tuple[str, int]]) -> dict[str, list[int]]:

@@ -124,19 +124,29 @@ class Settings(LtvSettings):
     Parameters
     ----------
     sqp_iterations : int
-        Linearisations and QPs per step; 1 is the real-time iteration, more is sequential quadratic
-        programming with full steps. If a later QP fails, plan and status are those of the iteration before.
+        Linearisations and QPs per step, until nothing changes; 1 is the real-time iteration, more is sequential
+        quadratic programming.
+    settling_iterations : int
+        Further ones where the first is not to be trusted: with full steps while each is less than half the one before,
+        else with steps cut so that each makes the nonlinear problem's cost, with exact penalties, less. They end when
+        estimates say that 2 % of the inputs' ranges are left, and the rest of the time is saved. 0: what is not trusted
+        is `Status.UNTRUSTED`, and applied.
+    trusted_step : float
+        A first iteration is trusted that changes no input by more than this share of its range, about a guess that
+        satisfies the dynamics. Infinite: the plain real-time iteration, in which none is judged.
     preparation_iterations : int
         Iterations in each preparation, on the state predicted for the next sample and with the reference of the last:
         the advanced-step real-time iteration (Nurkanovic et al., 2019). Feedback takes no longer for them.
     tolerance : float
-        With more than one iteration, stop when no input changes by more than this share of its range, and no state by
-        more than this share of how far the inputs can move it.
+        With more than one of the `sqp_iterations`, stop when no input changes by more than this share of its range, and
+        no state by more than this share of how far the inputs can move it.
     integrator_tolerance : float
         Up to which integrator residual `plan.diagnostics` says that the dynamics are integrated.
     """
 
     sqp_iterations: int = 1
+    settling_iterations: int = 100
+    trusted_step: float = 0.1
     preparation_iterations: int = 0
     tolerance: float = 1e-9
     integrator_tolerance: float = INTEGRATOR_TOLERANCE
@@ -144,6 +154,9 @@ class Settings(LtvSettings):
     def __post_init__(self) -> None:
         super().__post_init__()
         whole_number(self.sqp_iterations, "sqp_iterations", 1)
+        whole_number(self.settling_iterations, "settling_iterations", 0)
+        if self.trusted_step != np.inf:
+            non_negative_number(self.trusted_step, "trusted_step")
         whole_number(self.preparation_iterations, "preparation_iterations", 0)
         non_negative_number(self.tolerance, "tolerance")
         non_negative_number(self.integrator_tolerance, "integrator_tolerance")

@@ -15,6 +15,9 @@ class Settings:
     ----------
     sqp_iterations, preparation_iterations, sqp_tolerance
         Linearisations per step, iterations before the measurement, and the change below which both end early.
+    settling_iterations, trusted_step
+        Further iterations where the first step is not to be trusted: where it is longer than this share of a range. If
+        that is infinite, steps are not judged.
     qp_iterations, qp_tolerance, qp_seconds
         Changes of the working set, accuracy of a row in units of the ranges, time.
     gate_width, gate_patience
@@ -24,6 +27,8 @@ class Settings:
     sqp_iterations: int = 1
     preparation_iterations: int = 0
     sqp_tolerance: float = 1e-9
+    settling_iterations: int = 0
+    trusted_step: float = np.inf
     qp_iterations: int = 1000
     qp_tolerance: float = 1e-10
     qp_seconds: float = np.inf

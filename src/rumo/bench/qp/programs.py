@@ -29,7 +29,7 @@ class ProgramRecorder(Controller[Settings]):
 
     def __init__(self, problem: Problem) -> None:
         self.recorded: list[QuadraticProgram] = []
-        transcription, settings = Transcription(problem), Settings()
+        transcription, settings = Transcription(problem), Settings(trusted_step=np.inf)
         engine = Guarded(NumpyRti(transcription, settings, self._optimize), settings, "reference")
         super().__init__(transcription, engine, settings)
 

@@ -89,6 +89,11 @@ class Candidate:
     status: Status
     diagnostics: Array = field(default_factory=UNKNOWN.copy)
 
+    @property
+    def usable(self) -> bool:
+        """Whether it is solved, and every number is finite."""
+        return self.status.solved and self.trajectory.finite and bool(np.isfinite(self.constraints).all())
+
 
 class Method(ABC):
     """How a step is solved, by Python: all that a guarded engine asks for. Only `solve` has no default.
@@ -97,6 +102,11 @@ class Method(ABC):
     """
 
     transcription: Transcription
+
+    @property
+    def restarts(self) -> bool:
+        """Whether `solve` finds a beginning of its own from a state at rest, and is asked for it after a failure."""
+        return False
 
     @property
     def signals(self) -> tuple[str, ...]:

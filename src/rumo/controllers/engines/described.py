@@ -27,6 +27,8 @@ def core_settings(settings: ControllerSettings) -> CoreSettings:
         sqp_iterations=settings.sqp_iterations,
         preparation_iterations=settings.preparation_iterations,
         sqp_tolerance=settings.tolerance,
+        settling_iterations=settings.settling_iterations,
+        trusted_step=settings.trusted_step,
         qp_iterations=settings.qp.max_iterations,
         qp_tolerance=settings.qp.tolerance,
         qp_seconds=settings.qp.time_limit,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
@@ -87,7 +88,7 @@ class Guarded:
             self._guess, self._prepared = self._beginning(x, u), False
 
     def _at_rest(self, x: Array) -> Trajectory:
-        return self._beginning(np.tile(x, (self._problem.horizon + 1, 1)), self._guard.rest())
+        return replace(self._beginning(np.tile(x, (self._problem.horizon + 1, 1)), self._guard.rest()), still=True)
 
     def _beginning(self, x: Array, u: Array) -> Trajectory:
         """A guess without a plan behind it; what lies within its intervals is on the way from state to state."""
@@ -179,9 +180,19 @@ class Guarded:
             return None, admitted
         guess = self._guess
         if guess is None or not self._guard.has_guess:  # what was predicted is wrong
-            guess = self._at_rest(x)
-            if self.method.prepare(guess, self._guard.applied) is None:
-                return None, Status.SOLVER_FAILED
+            return self._solved(x, window, None)
+        candidate, cause = self._solved(x, window, guess)
+        if candidate is None and self.method.restarts and not guess.still:
+            return self._solved(x, window, None)
+        return candidate, cause
+
+    def _solved(
+        self, x: Array, window: Mapping[str, Array], prepared: Trajectory | None
+    ) -> tuple[Candidate | None, Status]:
+        """What the method comes to from the guess prepared, or from the state alone, and how far it got."""
+        guess = self._at_rest(x) if prepared is None else prepared
+        if prepared is None and self.method.prepare(guess, self._guard.applied) is None and not self.method.restarts:
+            return None, Status.SOLVER_FAILED
         candidate = self.method.solve(x, window, guess, self._guard.applied)
         if candidate is None:
             return None, Status.SOLVER_FAILED

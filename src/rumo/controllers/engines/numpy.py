@@ -16,6 +16,7 @@ from rumo.controllers.arguments import tracked
 from rumo.controllers.engines.base import Candidate, Method
 from rumo.controllers.engines.conditions import SparseProgram
 from rumo.controllers.engines.qp import Solution, solve
+from rumo.controllers.engines.settle import Settling, error_left
 from rumo.controllers.engines.stagewise import Horizon, affine, assemble, quadratic_program
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.settings import QpOptions, Settings
@@ -52,11 +53,28 @@ class NumpyRti(Method):
     def reset(self) -> None:
         """See `Method.reset`."""
         self._horizon: Horizon | None = None
-        self._last_step = np.nan  # largest |v| of the iteration before
+        self._reach = np.zeros(len(self.transcription.problem.model.states))
+        self.begin()
 
-    def missed(self) -> None:
-        """See `Method.missed`."""
-        self._last_step = np.nan
+    def begin(self) -> None:
+        """Iterations begin: there is no step to compare the next one with."""
+        self.step_size = np.nan
+
+    @property
+    def restarts(self) -> bool:
+        """See `Method.restarts`."""
+        return np.isfinite(self.settings.trusted_step)
+
+    @property
+    def horizon(self) -> Horizon:
+        """What was linearised last."""
+        assert self._horizon is not None
+        return self._horizon
+
+    @property
+    def reach_known(self) -> Array:
+        """How far the inputs move states (nx,), where that was last known."""
+        return self._reach
 
     def reach(self) -> Array | None:
         """See `Method.reach`."""
@@ -64,15 +82,25 @@ class NumpyRti(Method):
 
     def prepare(self, guess: Trajectory, applied: Array) -> float | None:
         """Linearise about the guess, eliminate its unknowns, assemble the QP."""
-        if guess.resting:
-            self._last_step = np.nan
-        return self._horizon.straying if self.linearize(guess, applied) and self._horizon else None
+        if not self.linearize(guess, applied):
+            return None
+        return 0.0 if self.restarts else self.horizon.straying
 
     def solve(self, x: Array, window: Mapping[str, Array], guess: Trajectory, applied: Array) -> Candidate | None:
-        """Complete the QP with measurement and reference, solve it, expand; again, if the settings say so."""
+        """Complete the QP with measurement and reference, solve it, expand; again, if that is not to be trusted."""
+        self.begin()
+        if not self.restarts:
+            return self._repeat(self.iterate(x, window, applied), x, window, applied)
+        settling = Settling(self, x, window, applied)
+        if guess.still and not settling.start(guess):
+            return None
         candidate = self.iterate(x, window, applied)
+        return candidate if not candidate.usable or settling.is_settled(candidate) else settling.settle(candidate)
+
+    def _repeat(self, candidate: Candidate, x: Array, window: Mapping[str, Array], applied: Array) -> Candidate:
+        """Iterations with full steps, as many as the settings say."""
         for _ in range(self.settings.sqp_iterations - 1):
-            if not candidate.status.solved or self._change(candidate.trajectory) < self.settings.tolerance:
+            if not candidate.status.solved or self.change(candidate.trajectory) < self.settings.tolerance:
                 break
             if not self.linearize(candidate.trajectory, applied):
                 break
@@ -96,12 +124,12 @@ class NumpyRti(Method):
             self._horizon = assemble(stages, problem, transcription.imposed)
         except np.linalg.LinAlgError:
             return False
+        self._reach = self._horizon.reach
         return True
 
     def iterate(self, x: Array, window: Mapping[str, Array], applied: Array) -> Candidate:
         """One QP about the guess linearised about, and its solution expanded."""
-        problem, horizon, guess = self.transcription.problem, self._horizon, self.about
-        assert horizon is not None
+        problem, horizon, guess = self.transcription.problem, self.horizon, self.about
         d, nu, nx, blocks = problem.delay, len(problem.model.inputs), len(x), problem.blocks.matrix
 
         # The initial state is the measurement, the first d inputs are those already decided.
@@ -131,7 +159,7 @@ class NumpyRti(Method):
             candidate = self.iterate(x, expected, applied)
             if not candidate.status.solved:
                 break
-            done = self._change(candidate.trajectory) < self.settings.tolerance
+            done = self.change(candidate.trajectory) < self.settings.tolerance
             if not self.linearize(candidate.trajectory, applied):
                 return False
             if done:
@@ -140,16 +168,14 @@ class NumpyRti(Method):
 
     def _diagnostics(self, v: Array, kkt_residual: float) -> Array:
         """See `Diagnostics`."""
-        assert self._horizon is not None
         step = float(np.abs(v).max())
-        contraction = step / self._last_step if self._last_step > NO_STEP else np.nan
-        self._last_step = step if np.isfinite(step) else np.nan
-        return np.array([self._horizon.straying, step, contraction, kkt_residual])
+        contraction = step / self.step_size if self.step_size > NO_STEP else np.nan
+        self.step_size = step if np.isfinite(step) else np.nan
+        return np.array([self.horizon.straying, step, contraction, kkt_residual, error_left(contraction, step)])
 
-    def _change(self, new: Trajectory) -> float:
+    def change(self, new: Trajectory) -> float:
         """Largest change of an input over its range, or of a state over the reach of the inputs."""
-        assert self._horizon is not None
-        old, reach = self.about, self._horizon.reach
+        old, reach = self.about, self.horizon.reach
         inputs = np.abs(new.u - old.u).max(axis=0) / self.transcription.problem.input_scales
         states = np.abs(new.x - old.x).max(axis=0)[reach > 0.0] / reach[reach > 0.0]
         return float(max(inputs.max(), states.max(initial=0.0)))

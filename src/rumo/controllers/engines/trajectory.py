@@ -14,13 +14,15 @@ from rumo.signals import Array
 class Trajectory:
     """Inputs (N, nu), states (N + 1, nx) and the intervals' other unknowns (N, nw - nx) over a horizon.
 
-    One that is `resting` is a mere beginning, such as a state that stays where it is: no plan stands behind it.
+    One that is `resting` is a mere beginning, such as a state that stays where it is: no plan stands behind it. It is
+    `still` if nobody has thought of more than that state.
     """
 
     u: Array
     x: Array
     inner: Array
     resting: bool = False
+    still: bool = False
 
     @property
     def parts(self) -> Parts:
