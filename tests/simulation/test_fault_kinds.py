@@ -43,11 +43,11 @@ from rumo.simulation.faults import (
 )
 from rumo.simulation.variables import SKIPPED
 from rumo.status import Status
-from rumo.studies.faults import FAULTS, FaultStudy
+from rumo.studies.faults import FaultStudy
 from rumo.transcription import Transcription
 
-STUDY = FaultStudy(("rti", "nlp", "ltv"), start=0.4, count=5, duration=1.2)
-BAD = STUDY.bad
+STUDY = FaultStudy(start=0.4, samples=(5,), duration=1.2, keep_logs=True)
+BAD = STUDY.bad(5)
 AS_DATA = {
     "none": (),
     "nan": (Reading(BAD, "psi", np.nan),),
@@ -72,10 +72,10 @@ def scenario(**changes):
 
 @pytest.mark.parametrize("name", ["rti", "ltv", pytest.param("nlp", marks=pytest.mark.slow)])
 def test_drives_of_the_study(name):
-    base = replace(STUDY.base, duration=STUDY.duration, seed=STUDY.seed)
+    base = replace(STUDY.base, duration=STUDY.duration, seed=0)
     problem, plant = base.problem(), base.plant()
-    drives = FaultStudy((name,), start=0.4, count=5, duration=1.2).run()[name]
-    assert set(drives) == set(AS_DATA) == set(FAULTS)
+    drives = replace(STUDY, controllers=(name,), faults=tuple(AS_DATA)).run()[name]
+    drives = {fault: by_speed[8.0][5][0] for fault, by_speed in drives.items()}
     controller = CONTROLLERS[name](problem)
     for fault, drive in drives.items():
         log = rumo.simulate(

@@ -22,7 +22,7 @@ from rumo.studies.linearization import LinearizationStudy
 
 STUDIES = {
     "paper": PaperStudy(("rti", "nlp"), duration=0.4),
-    "faults": FaultStudy(("rti", "ltv"), ("none", "jump", "budget"), duration=3.4),
+    "faults": FaultStudy(("rti", "ltv"), ("none", "jump", "budget"), duration=3.4, keep_logs=True),
     "linearization": LinearizationStudy(("rti", "ltv"), {"speed": (8.0, 9.0), "noise": (1.0,)}, duration=0.4),
     "discretization": DiscretizationStudy(("van-de-vusse",), ("implicit-euler", "radau2"), backend="portable"),
 }
@@ -46,9 +46,10 @@ def test_cases_are_data(case):
 def test_a_run_elsewhere_is_the_run_here():
     study = STUDIES["faults"]
     runs = study.runs()
-    here = runs["rti", "jump"].run().log
+    key = ("rti", "jump", 8.0, 5, 0)
+    here = runs[key].run().log
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
-        there = pool.submit(runs["rti", "jump"].run).result().log
+        there = pool.submit(runs[key].run).result().log
     for name in ("plant", "estimated", "commanded", "status"):
         np.testing.assert_array_equal(there[name].values, here[name].values)
 
