@@ -249,6 +249,13 @@ def test_drives_through_a_fault_are_taken_together():
     assert len({each["largest_error_m"] for each in every.values()}) == 8
 
 
+def test_a_table_says_who_never_came_back():
+    study = FaultStudy(("rti",), ("none", "zero", "heavy"), gate=None, duration=4.0)
+    rows = faults_table(study.summary(study.run())["controllers"]["rti"]).rows
+    assert [row[-2] for row in rows] == ["0.00", "never", "-"]
+    assert [row[1:3] for row in rows[::2]] == [[rows[0][1], "-"], ["-", rows[2][2]]]
+
+
 def test_what_does_not_come_and_go_is_there_for_the_whole_drive():
     study = FaultStudy(("rti",), ("heavy", "ice"), samples=(1, 5), duration=4.0)
     runs = study.runs()

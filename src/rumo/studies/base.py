@@ -104,17 +104,18 @@ def carry_out(runs: Mapping[Key, Run], progress: Progress | None = None, jobs: i
 def _in_processes(runs: Mapping[Key, Run], progress: Progress | None, jobs: int) -> Generator[tuple[Key, Any]]:
     every, done = Counter(str(key[0]) for key in runs), Counter[str]()
     # Each process gets all runs at once: what they share, such as a problem and so a controller, they share there too.
-    with ProcessPoolExecutor(min(jobs, len(runs) or 1), get_context("spawn"), _take, (dict(runs),)) as pool:
-        try:
-            keys = {pool.submit(_do, key): key for key in runs}
-            for future in as_completed(keys):
-                key, name = keys[future], str(keys[future][0])
-                done[name] += 1
-                if progress is not None:
-                    progress(name, done[name], every[name])
-                yield key, future.result()
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+    pool = ProcessPoolExecutor(min(jobs, len(runs) or 1), get_context("spawn"), _take, (dict(runs),))
+    try:
+        keys = {pool.submit(_do, key): key for key in runs}
+        for future in as_completed(keys):
+            key, name = keys[future], str(keys[future][0])
+            result = future.result()
+            done[name] += 1
+            if progress is not None:
+                progress(name, done[name], every[name])
+            yield key, result
+    finally:  # runs that have begun come to their end, others do not begin
+        pool.shutdown(cancel_futures=True)
 
 
 _taken: dict[Key, Run] = {}

@@ -36,7 +36,7 @@ def faults_table(outcomes: Mapping[str, Mapping[str, Any]]) -> Table:
             f"{run['lost']}/{run['drives']}",
             number(run["bad_commands"]),
             number(run["exceptions"]),
-            "-" if run["recovery_s"] is None else f"{run['recovery_s']:.2f}",
+            _back(run),
             f"{run['told']}/{run['drives']}",
         ]
         for run in outcomes.values()
@@ -61,8 +61,8 @@ def error_panels(controllers: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> 
 
     return Panels(
         "largest-error",
-        "Largest error after the fault begins",
-        "Largest distance from the reference [m]",
+        "Largest distance from the reference, from the first bad sample on",
+        "Distance [m]",
         "",
         tuple(
             (label(name), tuple(marks(outcomes, count) for count in looks)) for name, outcomes in controllers.items()
@@ -82,6 +82,12 @@ def _counts(controllers: Any) -> list[str]:
 
 def _words(count: str) -> str:
     return "whole drive" if count == WHOLE else f"{count} sample{'' if count == '1' else 's'}"
+
+
+def _back(run: Mapping[str, Any]) -> str:
+    if run["recovery_s"] is not None:
+        return f"{run['recovery_s']:.2f}"
+    return "-" if set(run["largest_error_m"]) == {WHOLE} or run["exceptions"] else "never"
 
 
 def _metres(error: float | None) -> str:
