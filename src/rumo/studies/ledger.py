@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from rumo.version import __version__
 class Ledger:
     """A file of JSON lines: first what all runs have in common, then `{"key": [...], "outcome": {...}}` of each.
 
-    A line that was not written to its end is dropped.
+    A line that was not written to its end, or is damaged, is dropped with all that come after it.
 
     Parameters
     ----------
@@ -39,28 +40,22 @@ class Ledger:
 
     def __init__(self, path: Path, same: Mapping[str, Any], *, resume: bool) -> None:
         self._path = path
-        self.done: dict[Key, dict[str, Any]] = {}
         head = json.loads(json.dumps({**same, "rumo_version": __version__}))
         lines = path.read_bytes().splitlines(keepends=True) if resume and path.exists() else []
-        while lines and not _whole(lines[-1]):
-            lines.pop()
-        if not lines:
-            lines = [_line(head)]
-        found = json.loads(lines[0])
+        contents = list(takewhile(bool, map(_content, lines)))
+        lines = lines[: len(contents)] or [_line(head)]
+        found, *entries = contents or [head]
         if found != head:
-            other = next(
-                (name for name in head if not isinstance(found, dict) or found.get(name) != head[name]), "more"
-            )
+            other = next((name for name in head if found.get(name) != head[name]), "kind")
             raise ArgumentError(
                 "--resume",
                 f"{path} of another {other}",
                 "results of the same settings and version",
                 "Leave --resume out to begin anew, or name another folder.",
             )
-        for line in lines[1:]:
-            entry = json.loads(line)
-            self.done[tuple(entry["key"])] = entry["outcome"]
-        path.write_bytes(b"".join(lines))
+        good = list(takewhile(lambda entry: entry.keys() == {"key", "outcome"}, entries))
+        self.done: dict[Key, dict[str, Any]] = {tuple(entry["key"]): entry["outcome"] for entry in good}
+        path.write_bytes(b"".join(lines[: 1 + len(good)]))
 
     def add(self, key: Key, outcome: Mapping[str, Any]) -> None:
         """One more run is done."""
@@ -72,9 +67,10 @@ def _line(content: Mapping[str, Any]) -> bytes:
     return json.dumps(content, allow_nan=False).encode() + b"\n"
 
 
-def _whole(line: bytes) -> bool:
+def _content(line: bytes) -> dict[str, Any]:
+    """What a line says; nothing if it is not whole."""
     try:
-        json.loads(line)
+        content = json.loads(line)
     except ValueError:
-        return False
-    return line.endswith(b"\n")
+        return {}
+    return content if isinstance(content, dict) and line.endswith(b"\n") else {}
