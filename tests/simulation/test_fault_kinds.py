@@ -15,8 +15,13 @@ from rumo.controllers.engines.trajectory import Trajectory
 from rumo.registry import CONTROLLERS
 from rumo.simulation import ClosedLoop, Scenario
 from rumo.simulation.faults import (
+    KINDS,
     Biased,
     Budget,
+    Changed,
+    Disturbed,
+    Drift,
+    Dropout,
     Fault,
     Frozen,
     LateCommand,
@@ -24,20 +29,25 @@ from rumo.simulation.faults import (
     LostCommand,
     Misinformed,
     Missing,
+    Noisy,
     Offset,
     Reading,
     Saturated,
+    Scaled,
     SkippedSample,
+    Slow,
     Stuck,
+    Swapped,
     Weakened,
+    make_fault,
 )
 from rumo.simulation.variables import SKIPPED
 from rumo.status import Status
-from rumo.studies.faults import FAULTS, FaultStudy
+from rumo.studies.faults import FaultStudy
 from rumo.transcription import Transcription
 
-STUDY = FaultStudy(("rti", "nlp", "ltv"), start=0.4, count=5, duration=1.2)
-BAD = STUDY.bad
+STUDY = FaultStudy(start=0.4, samples=(5,), duration=1.2, keep_logs=True)
+BAD = STUDY.bad(5)
 AS_DATA = {
     "none": (),
     "nan": (Reading(BAD, "psi", np.nan),),
@@ -62,10 +72,10 @@ def scenario(**changes):
 
 @pytest.mark.parametrize("name", ["rti", "ltv", pytest.param("nlp", marks=pytest.mark.slow)])
 def test_drives_of_the_study(name):
-    base = replace(STUDY.base, duration=STUDY.duration, seed=STUDY.seed)
+    base = replace(STUDY.base, duration=STUDY.duration, seed=0)
     problem, plant = base.problem(), base.plant()
-    drives = FaultStudy((name,), start=0.4, count=5, duration=1.2).run()[name]
-    assert set(drives) == set(AS_DATA) == set(FAULTS)
+    drives = replace(STUDY, controllers=(name,), faults=tuple(AS_DATA)).run()[name]
+    drives = {fault: by_speed[8.0][5][0] for fault, by_speed in drives.items()}
     controller = CONTROLLERS[name](problem)
     for fault, drive in drives.items():
         log = rumo.simulate(
@@ -109,6 +119,13 @@ def test_windows(when, samples):
         (Frozen(range(4, 7), ("rate",)), lambda log: {"rate": log.measured.data[3, 1]}),
         (Missing(range(4, 7), ("rate",)), lambda log: {"rate": np.nan}),
         (LateMeasurement(range(4, 7), by=2), lambda log: {"angle": log.measured.data[2:5, 0]}),
+        (Drift(range(4, 7), "angle", 0.2), lambda log: {"angle": log.measured.data[4:7, 0] + 0.2 * np.arange(1, 4)}),
+        (Scaled(range(4, 7), ("rate",), -1.0), lambda log: {"rate": -log.measured.data[4:7, 1]}),
+        (Scaled(range(4, 7)), lambda log: {"angle": 0.0, "rate": 0.0}),
+        (
+            Swapped(range(4, 7), "angle", "rate"),
+            lambda log: {"angle": log.measured.data[4:7, 1], "rate": log.measured.data[4:7, 0]},
+        ),
     ],
 )
 def test_sensors(fault, expected):
@@ -120,6 +137,33 @@ def test_sensors(fault, expected):
         told[4:7] = log.measured.data[2:5]
     np.testing.assert_array_equal(log.received, told)
     np.testing.assert_array_equal(log.estimated, told)
+
+
+def test_dropouts_come_by_chance_and_by_seed():
+    def lost(**settings):
+        log = scenario(faults=(Dropout(range(5, 2005), **settings),), duration=102.0, plant=Standing()).run()
+        np.testing.assert_array_equal(log.received.fillna(log.measured), log.measured)
+        return log.received.isnull().data
+
+    some = lost(signals=("rate",))
+    assert not some[:5].any()
+    assert not some[:, 0].any()
+    assert some[5:2005, 1].mean() == pytest.approx(0.5, abs=0.05)
+    assert (lost(signals=("rate",)) == some).all()
+    assert (lost(signals=("rate",), seed=1) != some).any()
+    assert lost(share=0.1)[5:2005].all(axis=1).mean() == pytest.approx(0.1, abs=0.03)
+    assert not lost(share=0.0).any()
+    assert lost(share=1.0)[5:2005].all()
+
+
+def test_noise_is_added_to_that_of_the_sensors():
+    noisy = Noisy(range(5, 2005), {"rate": 0.3})
+    log = scenario(faults=(noisy,), duration=102.0, plant=Standing(), sensors=rumo.Sensors({"rate": 0.01})).run()
+    added = (log.received - log.measured).data
+    assert not added[:5].any()
+    assert not added[:, 0].any()
+    assert added[5:2005, 1].std() == pytest.approx(0.3, rel=0.05)
+    assert abs(added[5:2005, 1].mean()) < 0.03
 
 
 def test_frozen_and_late_from_the_start_are_missing():
@@ -146,6 +190,105 @@ def test_actuators(fault, expected, delay):
     wanted = arrived.copy()
     wanted[4:7] = expected(arrived[4:7], log.applied.data)
     np.testing.assert_array_equal(log.applied, wanted)
+
+
+@pytest.mark.parametrize("delay", [0, 1, 2])
+def test_a_slow_actuator_goes_part_of_the_way(delay):
+    log = scenario(problem=pendulum(delay=delay), faults=(Slow(range(4, 7), "torque", share=0.25),)).run()
+    arrived = np.vstack([np.zeros((delay, 1)), log.commanded.data])[: len(log.time)]
+    wanted = arrived.copy()
+    for k in range(4, 7):
+        wanted[k] = 0.75 * wanted[k - 1] + 0.25 * arrived[k]
+    np.testing.assert_allclose(log.applied, wanted, atol=1e-15)
+
+
+class Falling:
+    """A plant that knows the gravity."""
+
+    states, inputs, parameters = (
+        {"angle": "rad", "rate": "rad/s"},
+        {"torque": "N m"},
+        {"gravity": rumo.Parameter("1/s", 1.0)},
+    )
+
+    def advance(self, x, u, p):
+        return x + np.array([0.0, p[0]])
+
+
+def test_a_parameter_of_the_plant_is_another_for_a_while():
+    run = scenario(
+        plant=Falling(),
+        disturbances={"gravity": rumo.simulation.Constant(2.0)},
+        faults=(Disturbed(range(4, 7), "gravity", 9.0),),
+    )
+    log = run.run()
+    wanted = np.full(20, 2.0)
+    wanted[4:7] = 9.0
+    np.testing.assert_array_equal(log.disturbance.data[:, 0], wanted)
+    np.testing.assert_allclose(np.diff(log.plant.data[:, 1]), wanted[:-1])
+    with pytest.raises(rumo.ArgumentError, match=r"parameter: got 'gravty'.*Did you mean 'gravity'"):
+        ClosedLoop(replace(run, faults=(Disturbed(range(2), "gravty", 1.0),)))
+
+
+def test_the_plant_is_another_for_a_while():
+    """Apart from these samples it is the one that it was, from where the other has left it."""
+    heavy = heavier()
+    log = scenario(faults=(Changed(range(4, 7), heavy),)).run()
+    driven = {True: rumo.simulation.Plant(heavy, 0.05), False: rumo.simulation.Plant(pendulum().model, 0.05)}
+    x = log.plant.data
+    for k in range(len(x) - 1):
+        end = driven[k in range(4, 7)].advance(x[k], log.applied.data[k], np.array([9.81]))
+        np.testing.assert_allclose(x[k + 1], end, atol=1e-6)
+    assert np.abs(x - scenario().run().plant.data).max() > 1e-3
+
+
+def heavier():
+    """The pendulum with three times the mass."""
+    return rumo.Model(
+        {"angle": "rad", "rate": "rad/s"},
+        {"torque": "N m"},
+        lambda x, u, p: {"angle": x.rate, "rate": u.torque / 3.0 - p.gravity * x.angle},
+        parameters={"gravity": rumo.Parameter("m/s^2", 9.81)},
+    )
+
+
+def test_the_other_plant_has_the_same_signals():
+    other = rumo.textbook.cart_pendulum()
+    with pytest.raises(rumo.ArgumentError, match=r"Changed.plant: got states position, .*expected those of the plant"):
+        ClosedLoop(scenario(faults=(Changed(range(2), other),)))
+
+
+SETTINGS = {
+    "biased": {"input": "torque"},
+    "changed": {"plant": pendulum().model},
+    "disturbed": {"parameter": "gravity", "value": 9.0},
+    "drift": {"signal": "angle", "by": 0.01},
+    "misinformed": {"applied": {"torque": 1.0}},
+    "noisy": {"noise": {"rate": 0.1}},
+    "offset": {"signal": "angle", "by": 0.01},
+    "reading": {"signal": "angle", "value": 0.1},
+    "saturated": {"input": "torque"},
+    "slow": {"input": "torque"},
+    "stuck": {"input": "torque"},
+    "swapped": {"first": "angle", "second": "rate"},
+    "weakened": {"input": "torque"},
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_kinds_are_made_by_name(kind):
+    settings = SETTINGS.get(kind, {})
+    fault = make_fault(kind, range(4, 7), **settings)
+    assert fault == KINDS[kind](range(4, 7), **settings)
+    assert scenario(faults=(fault,)).run().sizes["time"] == 20
+    for name in settings:
+        with pytest.raises(rumo.ArgumentError, match=rf"make_fault\('{kind}'\): got no {name}, expected a value"):
+            make_fault(kind, range(4, 7), **{key: value for key, value in settings.items() if key != name})
+
+
+def test_every_public_fault_has_a_kind():
+    public = {item for item in vars(rumo.faults).values() if isinstance(item, type) and issubclass(item, Fault)}
+    assert set(KINDS.values()) == public - {Fault}
 
 
 @pytest.mark.parametrize("told", [False, True])
@@ -448,6 +591,28 @@ def test_answers_of_faults_are_checked(answers, message):
         (lambda: Stuck(range(2), "torque", np.nan), "value: got nan, expected a finite number"),
         (lambda: Weakened(range(2), "torque", share=np.nan), "share: got nan, expected a finite number"),
         (lambda: Biased(range(2), "torque", by="1"), "by: got '1', expected a finite number"),
+        (
+            lambda: Slow(range(2), "torque", share=0.0),
+            "share: got 0.0, expected a part of the way, above 0 and up to 1",
+        ),
+        (lambda: Slow(range(2), "torque", share=1.1), "share: got 1.1, expected a part of the way"),
+        (lambda: Drift(range(2), "angle", np.nan), "by: got nan, expected a finite number"),
+        (lambda: scenario(faults=(Drift(range(2), "ange", 1.0),)), "Did you mean 'angle'"),
+        (lambda: Dropout(range(2), share=1.5), "share: got 1.5, expected a probability from 0 to 1"),
+        (lambda: Dropout(range(2), share=-0.1), "share: got -0.1, expected a probability from 0 to 1"),
+        (lambda: Dropout(range(2), seed=-1), "seed: got -1, expected a whole number of at least 0"),
+        (lambda: Scaled(range(2), factor=np.inf), "factor: got inf, expected a finite number"),
+        (lambda: scenario(faults=(Scaled(range(2), ("ange",)),)), "Did you mean 'angle'"),
+        (lambda: scenario(faults=(Swapped(range(2), "angle", "angle"),)), "second: got 'angle', expected another"),
+        (lambda: scenario(faults=(Swapped(range(2), "ange", "rate"),)), "Did you mean 'angle'"),
+        (lambda: Noisy(range(2), {"angle": -1.0}), r"noise\['angle'\]: got -1.0, expected a standard deviation of 0"),
+        (lambda: Noisy(range(2), 3.0), "noise: got 3.0, expected a mapping"),
+        (lambda: scenario(faults=(Noisy(range(2), {"ange": 1.0}),)), "Did you mean 'angle'"),
+        (lambda: Disturbed(range(2), "gravity", np.inf), "value: got inf, expected a finite number"),
+        (lambda: Changed(range(2), "pendulum"), "plant: got 'pendulum', expected a rumo.Model or a rumo.simulation"),
+        (lambda: make_fault("ofset", range(2)), "kind: got 'ofset'.*Did you mean 'offset'"),
+        (lambda: make_fault("offset", range(2), sinal="angle"), "got 'sinal'.*Did you mean 'signal'"),
+        (lambda: make_fault("offset", range(2), signal="angle"), r"make_fault\('offset'\): got no by, expected"),
         (lambda: Saturated(range(2), "torque", 1.0, -1.0), r"lower, upper: got \(1.0, -1.0\), expected two limits"),
         (lambda: Saturated(range(2), "torque", upper=np.nan), r"lower, upper: got \(-inf, nan\), expected two limits"),
         (lambda: Saturated(range(2), "torque", np.inf), r"lower, upper: got \(inf, inf\), expected two limits"),

@@ -3,8 +3,10 @@
 import json
 import pickle
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
-from multiprocessing import get_context
+from dataclasses import dataclass, replace
+from multiprocessing import active_children, get_context
+from pathlib import Path
+from time import sleep
 
 import numpy as np
 import pytest
@@ -22,7 +24,7 @@ from rumo.studies.linearization import LinearizationStudy
 
 STUDIES = {
     "paper": PaperStudy(("rti", "nlp"), duration=0.4),
-    "faults": FaultStudy(("rti", "ltv"), ("none", "jump", "budget"), duration=3.4),
+    "faults": FaultStudy(("rti", "ltv"), ("none", "jump", "budget"), duration=3.4, keep_logs=True),
     "linearization": LinearizationStudy(("rti", "ltv"), {"speed": (8.0, 9.0), "noise": (1.0,)}, duration=0.4),
     "discretization": DiscretizationStudy(("van-de-vusse",), ("implicit-euler", "radau2"), backend="portable"),
 }
@@ -46,11 +48,49 @@ def test_cases_are_data(case):
 def test_a_run_elsewhere_is_the_run_here():
     study = STUDIES["faults"]
     runs = study.runs()
-    here = runs["rti", "jump"].run().log
+    key = ("rti", "jump", 8.0, 5, 0)
+    here = runs[key].run().log
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
-        there = pool.submit(runs["rti", "jump"].run).result().log
+        there = pool.submit(runs[key].run).result().log
     for name in ("plant", "estimated", "commanded", "status"):
         np.testing.assert_array_equal(there[name].values, here[name].values)
+
+
+@dataclass(frozen=True)
+class Touching:
+    """A run that leaves a file, and fails if it is told to."""
+
+    path: Path
+    fails: bool = False
+
+    def run(self, *, progress=None):
+        sleep(0.05)
+        self.path.touch()
+        if self.fails:
+            raise ZeroDivisionError("no")
+        return self.path.name
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_processes_begin_nothing_more_once_they_are_stopped(tmp_path, fails):
+    runs = {("some", i): Touching(tmp_path / str(i), fails and i == 1) for i in range(100)}
+    carrying = carry_out(runs, jobs=2)
+    if fails:
+        with pytest.raises(ZeroDivisionError):
+            dict(carrying)
+    else:
+        assert next(carrying)[1] in "0123"
+        carrying.close()
+    assert len(list(tmp_path.iterdir())) < 50
+    assert not active_children()
+
+
+def test_processes_do_all_that_there_is_to_do(tmp_path):
+    runs = {(name, i): Touching(tmp_path / f"{name}{i}") for name in "ab" for i in range(4)}
+    told = []
+    done = dict(carry_out(runs, lambda *what: told.append(what), jobs=3))
+    assert done == {key: f"{key[0]}{key[1]}" for key in runs}
+    assert sorted(told) == [(name, i + 1, 4) for name in "ab" for i in range(4)]
 
 
 @pytest.mark.parametrize("name", STUDIES)

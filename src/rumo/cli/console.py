@@ -9,7 +9,7 @@ import textwrap
 from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, TextIO, cast
+from typing import Annotated, Any, TextIO, TypeVar, cast
 
 import typer
 from rich.console import Console
@@ -24,6 +24,8 @@ from rumo.report.tables import Table
 Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
 
+N = TypeVar("N", int, float)
+
 GAP = 2
 """Between columns of a table."""
 
@@ -31,6 +33,22 @@ GAP = 2
 def words(text: str | None) -> list[str]:
     """What a comma-separated option names, each once."""
     return list(dict.fromkeys(word.strip() for word in text.split(","))) if text else []
+
+
+def numbers(text: str, option: str, kind: type[N]) -> tuple[N, ...]:
+    """Numbers that a comma-separated option lists, whole ones also from-to, each once."""
+    found: list[N] = []
+    for word in words(text):
+        first, dash, last = word.partition("-")
+        try:
+            if kind is int and dash and first:
+                found += [kind(number) for number in range(int(first), int(last) + 1)]
+            else:
+                found.append(kind(word))
+        except ValueError:
+            example = "8 or 8,11" if kind is float else "5, 1,5,25 or 0-9"
+            raise ArgumentError(option, repr(word), f"numbers such as {example}") from None
+    return tuple(dict.fromkeys(found))
 
 
 @contextmanager

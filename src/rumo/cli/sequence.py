@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from math import inf
@@ -21,15 +21,33 @@ if TYPE_CHECKING:
     from rumo.report.charts import Chart, Panels
     from rumo.studies.base import Key, Study
 
+RESULTS = "results.jsonl"
+"""What came of the runs of a study that can be resumed."""
 
-def run_study(study: Study, output: Path, *, as_json: bool = False, quiet: bool = False) -> None:
+
+def run_study(
+    study: Study, output: Path, *, as_json: bool = False, quiet: bool = False, jobs: int = 1, resume: bool = False
+) -> None:
     """Run a study and write its report to a folder; its tables and sentences, or its summary, on the terminal.
 
     Whatever ends it early, what was done until then is written and says so. A second Ctrl-C leaves out the figures.
+
+    Parameters
+    ----------
+    study : Study
+        Its settings.
+    output : Path
+        The folder.
+    as_json, quiet : bool
+        What is on the terminal.
+    jobs : int
+        Processes that do runs at the same time.
+    resume : bool
+        Leave out the runs of which the folder has what came of them; of a `Resumable` study.
     """
     folder = writable(output)
     with progress(quiet) as told:
-        results, stopped = _results(study, folder, told)
+        results, stopped = _results(study, folder, told, jobs, resume)
         if stopped is not None and not quiet:
             print_note("Writing what has been done until here.")
         try:
@@ -63,41 +81,54 @@ def end(stopped: BaseException | None) -> None:
         raise stopped
 
 
-def _results(study: Study, folder: Path, told: Told) -> tuple[dict[Key, Any], BaseException | None]:
+def _results(
+    study: Study, folder: Path, told: Told, jobs: int, resume: bool
+) -> tuple[dict[Key, Any], BaseException | None]:
     """What came of the runs, and what stopped them before they were all done."""
     from rumo.simulation.log import save
-    from rumo.studies.base import carry_out
+    from rumo.studies.base import Resumable, carry_out
+    from rumo.studies.ledger import Ledger
 
     results: dict[Key, Any] = {}
     runs = study.runs()
-    _clear(folder)
+    ledger = None
+    if isinstance(study, Resumable):
+        ledger = Ledger(folder / RESULTS, study.same, resume=resume)
+        results |= {key: study.restored(ledger.done[key]) for key in runs if key in ledger.done}
+    _clear(folder, logs=not resume)
 
     def keep(key: Key, log: Any) -> None:
         if study.keeps_logs and log is not None:
             save(log, folder / f"log-{'-'.join(map(str, key))}.nc")
 
     try:
-        for key, result in carry_out(runs, told):
+        for key, result in carry_out({key: run for key, run in runs.items() if key not in results}, told, jobs):
             keep(key, getattr(result, "log", result))
             results[key] = result
+            if ledger is not None and isinstance(study, Resumable):
+                ledger.add(key, study.record(result))
     except (Exception, KeyboardInterrupt) as stopped:
         # What was driven so far is kept as well, if it can be.
         log = getattr(stopped, "log", None)
         if log is not None:
             with suppress(KeyboardInterrupt, OSError), interruptible(inf):
                 keep(next(key for key in runs if key not in results), log.assign_attrs(complete="no"))
-        return results, stopped
-    return results, None
+        return _in_order(results, runs), stopped
+    return _in_order(results, runs), None
 
 
-def _clear(folder: Path) -> None:
+def _in_order(results: dict[Key, Any], runs: Iterable[Key]) -> dict[Key, Any]:
+    return {key: results[key] for key in runs if key in results}
+
+
+def _clear(folder: Path, *, logs: bool) -> None:
     """Delete what an earlier study has left in the folder, of which the summary will not tell."""
     from rumo.report.figures import ENDINGS
     from rumo.report.page import figures_of
 
     page = folder / "report.html"
     figures = [folder / f"{key}.{ending}" for key in figures_of(page) for ending in ENDINGS]
-    for path in (folder / "summary.json", *folder.glob("log-*.nc"), *figures, page):
+    for path in (folder / "summary.json", *(folder.glob("log-*.nc") if logs else ()), *figures, page):
         if path.is_file() and not path.is_symlink():  # what links lead to is written anew
             path.unlink()
 

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from rumo.checks import known_names
-from rumo.cli.console import Json, Quiet, errors_in_words, words
+from rumo.cli.console import Json, Quiet, errors_in_words, numbers, words
 from rumo.cli.sequence import run_study
 
 study = typer.Typer(help="Run a study and write its report.", no_args_is_help=True)
@@ -41,18 +41,38 @@ def paper(
 @study.command()
 def faults(
     controllers: Controllers = "rti,nlp",
-    seed: Seed = 0,
+    faults: Annotated[str | None, typer.Option(help="Which faults, comma-separated; all if not given.")] = None,
+    speeds: Annotated[str, typer.Option(help="Speeds, comma-separated [m/s].")] = "8",
+    samples: Annotated[str, typer.Option(help="Numbers of bad samples, comma-separated.")] = "5",
+    seeds: Annotated[str, typer.Option(help="Seeds of wind and noise, comma-separated, or from-to: 0-9.")] = "0",
+    start: Annotated[float, typer.Option(help="When the first bad sample is [s].")] = 3.0,
     gate: Annotated[bool, typer.Option(help="Hold back implausible measurements.")] = True,
+    logs: Annotated[bool, typer.Option("--logs", help="Keep the log of every drive.")] = False,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes that drive at the same time.")] = 1,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with what an interrupted study has left in the folder.")
+    ] = False,
     output: Output = Path("out"),
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Drives through five bad samples in a row. Sensors and solvers fail, and the car goes on."""
+    """Drives through bad samples. Sensors, actuators, solvers and roads fail for a while, and the car goes on."""
     with errors_in_words():
-        from rumo.studies.faults import FaultStudy
+        from rumo.studies.faults import FAULTS, FaultStudy
 
-        settings = FaultStudy(tuple(words(controllers)), seed=seed)
-        run_study(settings if gate else replace(settings, gate=None), output, as_json=as_json, quiet=quiet)
+        names = list(FAULTS) if faults is None else words(faults)
+        known_names(names, "--faults", FAULTS)
+        settings = FaultStudy(
+            tuple(words(controllers)),
+            tuple(names),
+            numbers(speeds, "--speeds", float),
+            numbers(samples, "--samples", int),
+            numbers(seeds, "--seeds", int),
+            start=start,
+            keep_logs=logs,
+        )
+        settings = settings if gate else replace(settings, gate=None)
+        run_study(settings, output, as_json=as_json, quiet=quiet, jobs=jobs, resume=resume)
 
 
 @study.command()

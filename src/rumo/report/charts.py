@@ -11,7 +11,7 @@ from rumo.signals import Array
 
 @dataclass(frozen=True)
 class Look:
-    """Colour and dash of a line; dashes, widths and markers tell lines apart where colours don't.
+    """Colour and dash of a line, "" for its markers alone; these and widths tell lines apart where colours don't.
 
     Markers, on each point: circle, square, diamond, cross, x, triangle-up, triangle-down, star; or "" for none.
     """
@@ -100,17 +100,23 @@ class Panels(Content):
         Axes that all have in common: "", "x", "y" or "xy".
     height : float
         Of a row of panels in print [inch].
+    across : int
+        Panels in a row, at most.
+    names : tuple of (float, str)
+        What stands at places of the y axis, in place of numbers.
     """
 
     panels: tuple[tuple[str, tuple[Line, ...]], ...]
     shaded: tuple[float, float, str] | None = None
     shared: str = "xy"
     height: float = 1.45
+    across: int = COLUMNS
+    names: tuple[tuple[float, str], ...] = ()
 
     @property
     def columns(self) -> int:
         """Columns of panels; one alone has all the width."""
-        return min(COLUMNS, len(self.panels))
+        return min(self.across, len(self.panels))
 
     @property
     def rows(self) -> int:

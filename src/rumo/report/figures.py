@@ -15,7 +15,7 @@ from rumo.report.charts import LIMIT, Chart, Line, Panels, bins
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-DASHES = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
+DASHES = {"": "", "solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
 MARKERS = {
     "": "",
     "circle": "o",
@@ -106,6 +106,10 @@ def _draw_panels(content: Panels) -> Figure:
                 _add(axes, line)
             axes.set_title(title, fontsize=10, loc="left")
             axes.margins(x=0.0 if content.shaded else 0.05)
+            if content.names:
+                places, names = zip(*content.names, strict=True)
+                axes.set_yticks(places, names)
+                axes.set_ylim(min(places) - 0.7, max(places) + 0.7)
             _scale(axes, content)
         if content.from_zero:
             for axes in grid.flat[: len(content.panels)]:

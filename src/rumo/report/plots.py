@@ -117,6 +117,9 @@ def _plot_panels(content: Panels) -> Any:
         figure.add_scatter(x=[None], y=[None], name=content.shaded[2], mode="markers", marker=square, opacity=0.15)
     _scale(figure, content)
     figure.update_xaxes(showticklabels=True)
+    if content.names:
+        places, names = zip(*content.names, strict=True)
+        figure.update_yaxes(tickvals=places, ticktext=names, automargin=True)
     if content.from_zero:
         figure.update_yaxes(rangemode="tozero")
     _lay_out(figure, round(ROW * content.height * content.rows))
@@ -158,11 +161,11 @@ def _curve(line: Line) -> dict[str, Any]:
         "x": line.x,
         "y": line.y,
         "name": line.name,
-        "mode": "lines+markers" if line.look.marker else "lines",
+        "mode": "+".join(["lines"] * bool(line.look.dash) + ["markers"] * bool(line.look.marker)),
         "marker": {"symbol": line.look.marker or "circle", "size": 7},
         "line": {
             "color": line.look.color,
-            "dash": line.look.dash,
+            "dash": line.look.dash or "solid",
             "width": 1.3 * line.look.width,
             "shape": "hv" if line.steps else "linear",
         },

@@ -22,7 +22,8 @@ from rumo.references import Preview, Reference, as_reference
 from rumo.signals import Array, NamedArray, Signals, read_only
 from rumo.simulation.actuators import Actuators
 from rumo.simulation.faults import Fault
-from rumo.simulation.foreign import as_plant
+from rumo.simulation.foreign import ForeignPlant, as_plant
+from rumo.simulation.plant import Plant
 from rumo.simulation.previews import PreviewedParameters
 from rumo.simulation.sample import Sample
 from rumo.simulation.sensors import RunningSensors, known_observer, require_same_units
@@ -93,6 +94,8 @@ class ClosedLoop:
         self.measured = scenario.sensors.signals(plant, model)
         for fault in scenario.faults:
             fault.check(self.measured, model.inputs)
+            fault.check_parameters(plant.parameters)
+        self._substitutes = [_substitute(fault, plant, dt) for fault in scenario.faults]
         with interruptible():
             self._states = known_observer(plant, model.states)
             self._outputs = known_observer(plant, problem.outputs)
@@ -108,7 +111,8 @@ class ClosedLoop:
         disturbance, sensors = self._random()
         with interruptible():
             estimator = started(scenario.estimator or Unfiltered(), problem, sensors.signals.names)
-        plant.reset()
+        for driven in (plant, *filter(None, self._substitutes)):
+            driven.reset()
         _RUNS[controller] = run = object()
         controller.reset(applied=scenario.applied)
         actuators = Actuators(controller)
@@ -122,7 +126,7 @@ class ClosedLoop:
             # What others may change is a copy; what is kept cannot be written to.
             for k, t in enumerate(times.tolist()):
                 bad = [(fault, k - samples.start) for fault, samples in faults if k in samples]
-                given = disturbance[k]
+                given = self._disturbed(disturbance[k], bad)
                 measured = received = read_only(sensors.read(k, state, held, given))
                 readings.append(measured)
                 for fault, before in bad:
@@ -167,7 +171,7 @@ class ClosedLoop:
                     outputs=NamedArray(problem.outputs, read_only(true[1])),
                 )
                 try:
-                    state = read_only(plant.advance(state, held, given))
+                    state = read_only(self._driven(k, faults).advance(state, held, given))
                 except PlantError as error:
                     raise PlantError(f"At t = {t:g} s: {error}") from None
                 if _RUNS.get(controller) is not run:
@@ -176,6 +180,21 @@ class ClosedLoop:
                     )
         finally:
             previewed.look({})  # the others were this run's
+
+    def _disturbed(self, given: Array, bad: Sequence[tuple[Fault, int]]) -> Array:
+        """Parameters of the plant (np_,), as faults leave them."""
+        for fault, _ in bad:
+            said = fault.disturb(given.copy(), self.plant.parameters)
+            given = self.plant.parameters.finite_vector(said, f"{type(fault).__name__}.disturb()")
+        return read_only(given)
+
+    def _driven(self, k: int, faults: Sequence[tuple[Fault, range]]) -> Plant | ForeignPlant:
+        """The plant at sample k, or what the last fault puts in its place."""
+        driven = self.plant
+        for (_, samples), substitute in zip(faults, self._substitutes, strict=True):
+            if substitute is not None and k in samples:
+                driven = substitute
+        return driven
 
     def _random(self) -> tuple[Array, RunningSensors]:
         """Parameters of the plant at each sample (K, np_), and sensors with their noise: all that the seed decides."""
@@ -188,6 +207,24 @@ class ClosedLoop:
                 source, f"disturbances[{name!r}]", times.copy(), wind
             )
         return read_only(disturbance), scenario.sensors.start(plant, self.measured, len(self), noise)
+
+
+def _substitute(fault: Fault, plant: Plant | ForeignPlant, dt: float) -> Plant | ForeignPlant | None:
+    """What a fault drives in place of the plant, if anything; raises unless it has the same signals."""
+    if fault.substitute is None:
+        return None
+    other = as_plant(fault.substitute, dt)
+    for role in ("states", "inputs", "parameters"):
+        found, expected = (
+            dict(zip(s.names, s.units, strict=True)) for s in (getattr(other, role), getattr(plant, role))
+        )
+        if list(found.items()) != list(expected.items()):
+            raise ArgumentError(
+                f"{type(fault).__name__}.plant",
+                f"{role} {', '.join(found) or 'none'}",
+                f"those of the plant, in the same order and units: {', '.join(expected) or 'none'}",
+            )
+    return other
 
 
 def _preview(reference: Reference, times: Array, x: NamedArray) -> Preview:

@@ -5,8 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Generator, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from functools import lru_cache
+from multiprocessing import get_context
+from signal import SIG_IGN, SIGINT, signal
 from threading import get_ident
 from typing import Any, ClassVar, Protocol
 
@@ -56,11 +59,31 @@ class Study(ABC):
         return nested(dict(carry_out(self.runs(), progress)))
 
 
-def carry_out(runs: Mapping[Key, Run], progress: Progress | None = None) -> Generator[tuple[Key, Any]]:
-    """Do the runs one after the other; yields each key with what came of it.
+class Resumable(Study):
+    """A study of so many runs that what comes of each is kept in a file at once; see `Ledger`."""
+
+    @property
+    @abstractmethod
+    def same(self) -> dict[str, Any]:
+        """What all runs have in common, as plain data: with others, what is in the file is of no use."""
+
+    @abstractmethod
+    def record(self, result: Any) -> dict[str, Any]:
+        """What is kept of what came of a run, as plain data."""
+
+    @abstractmethod
+    def restored(self, record: Mapping[str, Any]) -> Any:
+        """What came of a run, as far as it was kept."""
+
+
+def carry_out(runs: Mapping[Key, Run], progress: Progress | None = None, jobs: int = 1) -> Generator[tuple[Key, Any]]:
+    """Do the runs one after the other, or several at once in processes; yields each key with what came of it.
 
     On Ctrl-C what the run comes to is not yielded, whatever it has made of it.
     """
+    if jobs > 1:
+        yield from _in_processes(runs, progress, jobs)
+        return
     every, done = Counter(str(key[0]) for key in runs), Counter[str]()
     for key, run in runs.items():
         name = str(key[0])
@@ -76,6 +99,36 @@ def carry_out(runs: Mapping[Key, Run], progress: Progress | None = None) -> Gene
         if progress is not None:
             progress(name, done[name], every[name])
         yield key, result
+
+
+def _in_processes(runs: Mapping[Key, Run], progress: Progress | None, jobs: int) -> Generator[tuple[Key, Any]]:
+    every, done = Counter(str(key[0]) for key in runs), Counter[str]()
+    # Each process gets all runs at once: what they share, such as a problem and so a controller, they share there too.
+    pool = ProcessPoolExecutor(min(jobs, len(runs) or 1), get_context("spawn"), _take, (dict(runs),))
+    try:
+        keys = {pool.submit(_do, key): key for key in runs}
+        for future in as_completed(keys):
+            key, name = keys[future], str(keys[future][0])
+            result = future.result()
+            done[name] += 1
+            if progress is not None:
+                progress(name, done[name], every[name])
+            yield key, result
+    finally:  # runs that have begun come to their end, others do not begin
+        pool.shutdown(cancel_futures=True)
+
+
+_taken: dict[Key, Run] = {}
+"""Runs that a process is there for."""
+
+
+def _take(runs: dict[Key, Run]) -> None:
+    _taken.update(runs)
+    signal(SIGINT, SIG_IGN)  # the process that has started this one stops it
+
+
+def _do(key: Key) -> Any:
+    return _taken[key].run()
 
 
 def nested(results: Mapping[Key, Any]) -> dict[Any, Any]:

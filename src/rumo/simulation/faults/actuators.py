@@ -90,6 +90,33 @@ class Weakened(_Actuator):
 
 
 @dataclass(frozen=True)
+class Slow(_Actuator):
+    """An actuator goes only part of the way to its command in a sample.
+
+    Parameters
+    ----------
+    input : str
+        What it applies.
+    share : float
+        Of the way from where it was at the sample before: above 0, and 1 for all of it.
+    told : bool
+        Controller and estimator learn what is applied; else they believe in their commands.
+    """
+
+    share: float = 0.2
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 < finite_number(self.share, "share") <= 1.0:
+            raise ArgumentError("share", repr(self.share), "a part of the way, above 0 and up to 1")
+
+    def act(self, applied: Array, past: Sequence[Array], bad: int, inputs: Signals) -> Array:
+        """Part of the way."""
+        i = inputs.index(self.input)
+        return self._set(applied, inputs, float(past[-1][i] + self.share * (applied[i] - past[-1][i])))
+
+
+@dataclass(frozen=True)
 class Saturated(_Actuator):
     """An actuator does not reach as far as the controller thinks.
 

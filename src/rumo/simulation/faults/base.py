@@ -10,7 +10,9 @@ import numpy as np
 
 from rumo.controllers import Controller
 from rumo.errors import ArgumentError
+from rumo.model import Model
 from rumo.signals import Array, Signals
+from rumo.simulation.plant import Plant
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,9 @@ class Fault:
     def check(self, measured: Signals, inputs: Signals) -> None:
         """Raise unless every name is one of what is measured, or of the controller's inputs."""
 
+    def check_parameters(self, parameters: Signals) -> None:
+        """Raise unless every name is one of the plant's parameters."""
+
     def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
         """What the estimator gets.
 
@@ -87,6 +92,23 @@ class Fault:
     def known(self) -> bool:
         """Whether controller and estimator know what becomes of commands; else they believe that all is well."""
         return False
+
+    def disturb(self, given: Array, parameters: Signals) -> Array:
+        """Parameters of the plant, from this sample to the next.
+
+        Parameters
+        ----------
+        given : ndarray, shape (np_,)
+            What they would be without this fault.
+        parameters : Signals
+            Of the plant.
+        """
+        return given
+
+    @property
+    def substitute(self) -> Model | Plant | None:
+        """What is driven in place of the plant, from this sample to the next."""
+        return None
 
     def around(self, controller: Controller) -> AbstractContextManager[object]:
         """A context for the controller's step."""

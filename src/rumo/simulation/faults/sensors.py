@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from rumo.checks import as_names, as_numbers, finite_number, whole_number
+from rumo.checks import as_mapping, as_names, as_numbers, finite_number, whole_number
 from rumo.errors import ArgumentError
 from rumo.signals import Array, Signals
 from rumo.simulation.faults.base import Fault
@@ -75,6 +75,62 @@ class Offset(Fault):
 
 
 @dataclass(frozen=True)
+class Drift(Fault):
+    """A sensor is further off from sample to sample.
+
+    Parameters
+    ----------
+    signal : str
+        What it measures.
+    by : float
+        What is added more at each bad sample, the first among them, in the signal's unit.
+    """
+
+    signal: str
+    by: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        finite_number(self.by, "by")
+
+    def check(self, measured: Signals, inputs: Signals) -> None:
+        """Raise for an unknown signal."""
+        measured.index(self.signal, "signal")
+
+    def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
+        """The measurement and what has come together."""
+        received = received.copy()
+        received[signals.index(self.signal)] += self.by * (bad + 1)
+        return received
+
+
+@dataclass(frozen=True)
+class Swapped(Fault):
+    """Two sensors are mixed up.
+
+    Parameters
+    ----------
+    first, second : str
+        What they measure.
+    """
+
+    first: str
+    second: str
+
+    def check(self, measured: Signals, inputs: Signals) -> None:
+        """Raise for an unknown signal, or the same one twice."""
+        if measured.index(self.first, "first") == measured.index(self.second, "second"):
+            raise ArgumentError("second", repr(self.second), "another signal than the first")
+
+    def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
+        """Each in the other's place."""
+        places = [signals.index(self.first), signals.index(self.second)]
+        received = received.copy()
+        received[places] = received[places[::-1]]
+        return received
+
+
+@dataclass(frozen=True)
 class _Some(Fault):
     """A fault of some sensors.
 
@@ -112,6 +168,92 @@ class Missing(_Some):
     def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
         """NaN."""
         return self._replaced(received, np.full(len(received), np.nan), signals)
+
+
+@dataclass(frozen=True)
+class Dropout(_Some):
+    """Some samples do not arrive, by chance: NaN.
+
+    Parameters
+    ----------
+    signals : tuple of str
+        What does not arrive then; everything if not given.
+    share : float
+        Of the bad samples, how many are lost: the probability of each.
+    seed : int
+        The same seed loses the same samples.
+    """
+
+    share: float = 0.5
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 <= finite_number(self.share, "share") <= 1.0:
+            raise ArgumentError("share", repr(self.share), "a probability from 0 to 1")
+        whole_number(self.seed, "seed", 0, most=np.inf)
+
+    def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
+        """NaN or the measurement."""
+        if np.random.default_rng((self.seed, bad)).random() >= self.share:
+            return received
+        return self._replaced(received, np.full(len(received), np.nan), signals)
+
+
+@dataclass(frozen=True)
+class Scaled(_Some):
+    """Sensors say a multiple of what is: -1 for a wrong sign, 0 for silence that looks like a number.
+
+    Parameters
+    ----------
+    signals : tuple of str
+        What they measure; everything if not given.
+    factor : float
+        By which measurements are multiplied.
+    """
+
+    factor: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        finite_number(self.factor, "factor")
+
+    def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
+        """The multiple."""
+        return self._replaced(received, self.factor * received, signals)
+
+
+@dataclass(frozen=True)
+class Noisy(Fault):
+    """Sensors have more Gaussian noise than they should, on top of their own.
+
+    Parameters
+    ----------
+    noise : mapping of str to float
+        Standard deviation of what is added, by signal, in its unit.
+    seed : int
+        The same seed adds the same.
+    """
+
+    noise: Mapping[str, float]
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, deviation in as_mapping(self.noise, "noise").items():
+            if finite_number(deviation, f"noise[{name!r}]") < 0.0:
+                raise ArgumentError(f"noise[{name!r}]", repr(deviation), "a standard deviation of 0 or more")
+        whole_number(self.seed, "seed", 0, most=np.inf)
+
+    def check(self, measured: Signals, inputs: Signals) -> None:
+        """Raise for an unknown signal."""
+        for name in self.noise:
+            measured.index(name, "noise")
+
+    def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
+        """The measurement and more noise."""
+        deviations = np.array([self.noise.get(name, 0.0) for name in signals])
+        return received + deviations * np.random.default_rng((self.seed, bad)).standard_normal(len(received))
 
 
 @dataclass(frozen=True)
