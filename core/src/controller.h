@@ -31,6 +31,7 @@ struct rumo_controller {
     double last_step;        /* largest change of a free input in the iteration before, NaN if there was none */
     double *near_reach;      /* (nx,): over the stages of the gate, where the gate has to know */
     double straying;         /* of the last guess linearised about, see straying() */
+    rumo_conflict *broken;   /* (N nc,): hard constraints that the last solution exceeds */
     double prepare_seconds, linearize_seconds, linearized_at;
 };
 

@@ -5,6 +5,7 @@
 #include "base/clock.h"
 #include "controller.h"
 #include "guard/shift.c"
+#include "solve/influence.h"
 #include "stages/inner.c"
 #include "stages/linearise.c"
 
@@ -94,8 +95,23 @@ static void show_algebraic(const rumo_controller *ctl) {
         for (int i = 0; i < s->nz; ++i) plan_z(ctl)[k * s->nz + i] = ctl->inner[(ptrdiff_t)i * s->lanes + k];
 }
 
+/* A hard constraint is exceeded beyond what the solver was asked for: no input moves it where it was linearised. They are
+ * noted, and how many there are is returned. */
+RARE static int note_broken(rumo_controller *ctl, double allowed) {
+    const rumo_problem *p = &ctl->problem;
+    const dims *s = &ctl->s;
+    int count = 0;
+    for (int i = 0; i < s->N * s->nc; ++i) {
+        const int r = i % s->nc;
+        if (p->imposed[i] && isinf(p->numbers.l1[r]) &&
+            plan_constraints(ctl)[i] > allowed * p->numbers.constraint_scales[r])
+            ctl->broken[count++] = (rumo_conflict){RUMO_PATH_CONSTRAINT, i / s->nc + 1, r};
+    }
+    return count;
+}
+
 /* Guess and step make the plan; returns the status it deserves. */
-static WITHIN rumo_status expand(rumo_controller *ctl, const double *x, rumo_status status) {
+static WITHIN rumo_status expand(rumo_controller *ctl, const double *x, rumo_status status, rumo_plan *plan) {
     const rumo_problem *p = &ctl->problem;
     const dims s = dims_of(&p->sizes);
     const stage_maps *m = &ctl->stages;
@@ -103,13 +119,16 @@ static WITHIN rumo_status expand(rumo_controller *ctl, const double *x, rumo_sta
     double *u = plan_u(ctl), *states = plan_x(ctl);
     for (int i = 0; i < s.N * s.nu; ++i) u[i] = m->guess_u[i] + step->du[i];
     copy(states, x, s.nx);
-    int violated = 0, usable = 1;
+    int violated = 0, broken = 0, usable = 1;
     for (int k = 0; k < s.N; ++k) {
         const double *dx = step->dx + (ptrdiff_t)(k + 1) * s.ldx;
         for (int r = 0; r < s.nx; ++r) states[(k + 1) * s.nx + r] = m->guess_x[(k + 1) * s.nx + r] + dx[r];
         for (int r = 0; r < s.nc; ++r) {
             const double value = step->constraints[k * s.nc + r];
-            violated |= value > RUMO_SLACK_TOLERANCE * p->numbers.constraint_scales[r] && p->imposed[k * s.nc + r];
+            const int beyond = value > RUMO_SLACK_TOLERANCE * p->numbers.constraint_scales[r] && p->imposed[k * s.nc + r];
+            const int soft = p->numbers.l1[r] < INFINITY;
+            violated |= beyond & soft;
+            broken |= beyond & !soft;
             usable &= value < INFINITY; /* below an infinite limit it is infinite itself */
         }
     }
@@ -117,6 +136,12 @@ static WITHIN rumo_status expand(rumo_controller *ctl, const double *x, rumo_sta
     if (s.ni) show_algebraic(ctl);
     if (!usable || !all_finite(ctl->numbers, s.N * s.nu + (s.N + 1) * s.nx)) return RUMO_SOLVER_FAILED;
     if (!all_finite(ctl->inner, s.ni * s.lanes)) return RUMO_SOLVER_FAILED;
+    if (status == RUMO_OPTIMAL && broken) {
+        /* As exactly as rows are asked to hold, in the units that they have in a solver. */
+        plan->conflicts = note_broken(ctl, larger(RUMO_SLACK_TOLERANCE, MOST_INFLUENCE * ctl->settings.qp_tolerance));
+        plan->conflict = ctl->broken;
+        if (plan->conflicts) return RUMO_SOLVER_FAILED;
+    }
     return status == RUMO_OPTIMAL && violated ? RUMO_SOFT_VIOLATED : status;
 }
 
@@ -142,7 +167,7 @@ static rumo_status iterate(rumo_controller *ctl, const double *x, const double *
     plan->conflict = step->conflict;
     if (status > RUMO_BUDGET_EXCEEDED) return status;
     diagnose(ctl);
-    return expand(ctl, x, status);
+    return expand(ctl, x, status, plan);
 }
 
 static int is_solved(rumo_status status) { return status == RUMO_OPTIMAL || status == RUMO_SOFT_VIOLATED; }

@@ -166,9 +166,9 @@ class Plan:
 
     @property
     def conflict(self) -> tuple[str, ...]:
-        """Where the QP had no solution: rows that cannot hold together, such as "friction_rear at stage 3".
+        """Where there was no solution: rows that cannot hold together, such as "friction_rear at stage 3".
 
-        Only the C core names them.
+        Rows that only together cannot hold are named by the C core alone; one that no input moves, by every controller.
         """
         inputs, constraints = self.problem.model.inputs.names, self.problem.constraint_names.names
         kinds = (

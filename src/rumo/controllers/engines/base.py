@@ -99,6 +99,11 @@ class Method(ABC):
     transcription: Transcription
 
     @property
+    def accuracy(self) -> float:
+        """Share of their scales to which hard constraints hold in a solution, where that is above `SLACK_TOLERANCE`."""
+        return 0.0
+
+    @property
     def signals(self) -> tuple[str, ...]:
         """Signals whose reference it looks at: the tracked outputs."""
         return self.transcription.problem.outputs.names

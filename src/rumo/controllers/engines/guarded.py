@@ -22,6 +22,9 @@ from rumo.signals import Array, Values
 from rumo.status import STATUSES, Status
 from rumo.transcription import Transcription
 
+PATH_CONSTRAINT = 2
+"""See `rumo_limit` in rumo_core.h."""
+
 
 class Guarded:
     """An engine around a method that proposes a trajectory. Threads that share it wait for each other.
@@ -44,6 +47,7 @@ class Guarded:
         self._guess: Trajectory | None = None  # where the next step linearises or starts from
         self._wanted: Mapping[str, Array] | None = None  # the last reference
         self._prepared, self._prepare_time = False, 0.0
+        self._conflict: list[tuple[int, int, int]] = []  # hard constraints that the last solution exceeded
         self._problem = method.transcription.problem
         self.configure(settings)
 
@@ -170,6 +174,7 @@ class Guarded:
 
     def _attempt(self, x: Array, window: Mapping[str, Array]) -> tuple[Candidate | None, Status]:
         """What the method comes to, if the measurement can be used, and how far it got."""
+        self._conflict = []
         window = self._filled(window)
         wanted = np.concatenate([window[name] for name in self.method.signals if name in window])
         if np.isfinite(wanted).all():
@@ -187,7 +192,8 @@ class Guarded:
             return None, Status.SOLVER_FAILED
         finite = candidate.trajectory.finite and bool(np.isfinite(candidate.constraints).all())
         if finite and candidate.status.applicable:
-            return candidate, self._assessed(candidate)
+            self._conflict = self._broken(candidate)
+            return (None, Status.SOLVER_FAILED) if self._conflict else (candidate, self._assessed(candidate))
         return None, Status.SOLVER_FAILED if candidate.status.solved else candidate.status
 
     def _filled(self, window: Mapping[str, Array]) -> Mapping[str, Array]:
@@ -204,10 +210,23 @@ class Guarded:
         return filled
 
     def _assessed(self, candidate: Candidate) -> Status:
-        """A candidate's status, lowered to SOFT_VIOLATED where imposed constraints (N, nc) exceed 0."""
-        violated = candidate.constraints > SLACK_TOLERANCE * self._problem.constraint_scales
-        soft = candidate.status is Status.OPTIMAL and violated[self.method.transcription.imposed].any()
-        return Status.SOFT_VIOLATED if soft else candidate.status
+        """A candidate's status, lowered to SOFT_VIOLATED where soft constraints exceed 0."""
+        soft = np.isfinite(self._problem.numbers.l1)
+        violated = candidate.status is Status.OPTIMAL and self._exceeded(candidate, SLACK_TOLERANCE)[:, soft].any()
+        return Status.SOFT_VIOLATED if violated else candidate.status
+
+    def _broken(self, candidate: Candidate) -> list[tuple[int, int, int]]:
+        """Hard constraints that a solution exceeds, since no input moves them where they were linearised."""
+        if candidate.status is not Status.OPTIMAL:
+            return []
+        exceeded = self._exceeded(candidate, max(SLACK_TOLERANCE, self.method.accuracy))
+        hard = exceeded & np.isinf(self._problem.numbers.l1)
+        return [(PATH_CONSTRAINT, int(k) + 1, int(j)) for k, j in np.argwhere(hard)]
+
+    def _exceeded(self, candidate: Candidate, share: float) -> np.ndarray:
+        """Imposed constraints (N, nc) above 0 by more than a share of their scales."""
+        allowed = share * self._problem.constraint_scales
+        return (candidate.constraints > allowed) & self.method.transcription.imposed
 
     def _plan(self, candidate: Candidate | None, status: Status, cause: Status, start: float) -> Plan:
         problem, applied = self._problem, self._guard.plan
@@ -218,4 +237,5 @@ class Guarded:
         parts = applied.u, applied.x, constraints, applied.inner[:, : len(problem.model.algebraic)], diagnostics
         numbers = np.concatenate([part.ravel() for part in parts])
         ranks = STATUSES.index(status), STATUSES.index(cause)
-        return Plan(numbers, Outcome(self._layout, *ranks, self._prepare_time, perf_counter() - start))
+        times, conflict = (self._prepare_time, perf_counter() - start), self._conflict or None
+        return Plan(numbers, Outcome(self._layout, *ranks, *times, conflict=conflict))

@@ -36,6 +36,11 @@ class Ipopt(Method):
         self._state()
         self._take_numbers()
 
+    @property
+    def accuracy(self) -> float:
+        """See `Method.accuracy`."""
+        return self.settings.tolerance
+
     def configure(self, settings: NlpSettings) -> None:
         """See `Method.configure`; other limits of IPOPT state the NLP anew."""
         before, self.settings = self.settings, settings
