@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 8
+#define RUMO_CORE_VERSION 9
 
 /* What the failure policy goes by; methods outside the core read these too. */
 #define RUMO_GATE_STAGES 15       /* over which the gate asks how far a state can go: over a long horizon, anywhere */

@@ -33,6 +33,8 @@ struct rumo_controller {
     double straying;         /* of the last guess linearised about, see straying() */
     rumo_conflict *broken;   /* (N nc,): hard constraints that the last solution exceeds */
     double prepare_seconds, linearize_seconds, linearized_at;
+    double end;              /* when the step has to be over, by the clock; infinite for whenever it is */
+    int proposed;            /* whether the solver has come to a plan, as a solution or as what there is */
 };
 
 static inline double *plan_u(const rumo_controller *ctl) { return ctl->numbers; }

@@ -73,15 +73,22 @@ static int runs_away(const stage_maps *m) {
     return 0;
 }
 
+/* What something amounts to that did not come to an end: it ran out of time, or else what is said. */
+static rumo_status out_of_time_or(const rumo_controller *ctl, rumo_status status) {
+    return is_over(ctl->end) ? RUMO_BUDGET_EXCEEDED : status;
+}
+
 /* Linearise about the guess, and let the solver prepare; what it keeps of the sample before is shifted once. OPTIMAL, or why
  * there can be no solution. */
 static rumo_status linearize(rumo_controller *ctl) {
     stage_maps *const m = &ctl->stages;
-    const int usable = linearise(m, last_decided(&ctl->guard));
+    const int usable = linearise(m, last_decided(&ctl->guard), ctl->end);
     ctl->linearized_at = seconds_now();
-    if (!usable) return RUMO_SOLVER_FAILED;
-    if (!solver_of(&ctl->problem.sizes)->prepare(&ctl->solving, m, ctl->behind)) return RUMO_ILL_CONDITIONED;
+    if (!usable) return out_of_time_or(ctl, RUMO_SOLVER_FAILED);
+    if (!solver_of(&ctl->problem.sizes)->prepare(&ctl->solving, m, ctl->behind, ctl->end))
+        return out_of_time_or(ctl, RUMO_ILL_CONDITIONED);
     solver_of(&ctl->problem.sizes)->reach(&ctl->solving, ctl->s.N, m->reach);
+    if (is_over(ctl->end)) return RUMO_BUDGET_EXCEEDED;
     if (runs_away(m)) return RUMO_ILL_CONDITIONED;
     ctl->behind = 0;
     ctl->straying = straying(m);
@@ -158,7 +165,7 @@ static void diagnose(rumo_controller *ctl) {
 
 /* One step from a prepared guess; SOLVER_FAILED leaves no plan. */
 static rumo_status iterate(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
-    const budget limits = {ctl->settings.qp_iterations, ctl->settings.qp_tolerance, ctl->settings.qp_seconds};
+    const budget limits = {ctl->settings.qp_iterations, ctl->settings.qp_tolerance, ctl->end};
     const stage_known known = {x, ctl->guard.applied, reference};
     stage_step *const step = &ctl->step;
     const rumo_status status = solver_of(&ctl->problem.sizes)->solve(&ctl->solving, &ctl->stages, &known, &limits, step);
@@ -167,6 +174,7 @@ static rumo_status iterate(rumo_controller *ctl, const double *x, const double *
     plan->conflict = step->conflict;
     if (status > RUMO_BUDGET_EXCEEDED) return status;
     diagnose(ctl);
+    ctl->proposed = 1;
     return expand(ctl, x, status, plan);
 }
 

@@ -58,7 +58,7 @@ static void advance_guess(rumo_controller *ctl) {
     }
 }
 
-static void prepare(rumo_controller *ctl) {
+static void prepare_in_time(rumo_controller *ctl) {
     const double start = seconds_now();
     ctl->linearize_seconds = NAN;
     if (ctl->guard.has_guess) {
@@ -106,6 +106,7 @@ static rumo_status attempt(rumo_controller *ctl, const double *x, const double *
     else solver_of(&ctl->problem.sizes)->reach(&ctl->solving, gate_stages(s), ctl->near_reach);
     if (!plausible(&ctl->guard, x, ctl->near_reach)) return RUMO_BAD_MEASUREMENT;
     if (!ctl->guard.has_guess) {
+        if (is_over(ctl->end)) return RUMO_BUDGET_EXCEEDED;
         start_guess(ctl, x);
         const rumo_status usable = linearize(ctl);
         if (usable != RUMO_OPTIMAL) return usable;
@@ -134,7 +135,8 @@ static rumo_status attempt(rumo_controller *ctl, const double *x, const double *
 static void conclude(rumo_controller *ctl, rumo_status cause, rumo_plan *plan) {
     const dims *s = &ctl->s;
     const rumo_guard *g = &ctl->guard;
-    const int solved = cause <= RUMO_BUDGET_EXCEEDED;
+    const int solved = ctl->proposed && cause <= RUMO_BUDGET_EXCEEDED;
+    if (!solved && cause == RUMO_BUDGET_EXCEEDED) ctl->guard.blameless = 1; /* the guess had no time */
     if (!solved) {
         for (int i = 0; i < rest_of_plan(s); ++i) plan_constraints(ctl)[i] = NAN;
         ctl->last_step = NAN;
@@ -147,9 +149,21 @@ static void conclude(rumo_controller *ctl, rumo_status cause, rumo_plan *plan) {
     ctl->behind = 1;
 }
 
-static void feedback(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
-    if (!ctl->prepared) prepare(ctl);
+static double end_of_step(const rumo_controller *ctl) {
+    const double seconds = ctl->settings.seconds;
+    return seconds < INFINITY ? seconds_now() + seconds : INFINITY;
+}
+
+/* Whenever the preparation is over, since no one waits for it. */
+static void prepare(rumo_controller *ctl) {
+    ctl->end = INFINITY;
+    prepare_in_time(ctl);
+}
+
+/* Complete a step, for which there is a budget of time. */
+static void complete(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
     const double start = seconds_now();
+    ctl->proposed = 0;
     plan->numbers = ctl->numbers;
     plan->count = size_of_plan(&ctl->s);
     plan->iterations = plan->conflicts = 0;
@@ -161,10 +175,17 @@ static void feedback(rumo_controller *ctl, const double *x, const double *refere
     plan->feedback_seconds = seconds_now() - start;
 }
 
+static void feedback(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
+    ctl->end = end_of_step(ctl);
+    if (!ctl->prepared) prepare_in_time(ctl);
+    complete(ctl, x, reference, plan);
+}
+
 static void step(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
+    ctl->end = end_of_step(ctl);
     if (!ctl->guard.has_guess && all_finite(x, ctl->s.nx)) start_guess(ctl, x);
-    if (!ctl->prepared) prepare(ctl);
-    feedback(ctl, x, reference, plan);
+    if (!ctl->prepared) prepare_in_time(ctl);
+    complete(ctl, x, reference, plan);
 }
 
 #endif

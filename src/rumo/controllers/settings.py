@@ -57,8 +57,10 @@ class QpOptions:
         Accuracy of constraints (C core), or of the interior point that Newton's method starts from (reference), in
         units of the ranges; at most 0.001.
     time_limit : float
-        For a QP [s], in the C core only; reaching it is `Status.BUDGET_EXCEEDED`. A finite limit makes results depend
-        on the machine.
+        For a step [s], from the call of `step` on, or of `feedback` where `prepare` was called before, which takes as
+        long as it takes. Reaching it is `Status.BUDGET_EXCEEDED`, with what there is by then, or the plan before. The C
+        core looks at the clock at each stage and iteration, controllers in Python before each QP. A finite limit makes
+        results depend on the machine.
     solver : str
         How the C core goes about the horizon: "riccati" keeps the states and takes time linear in the number of
         intervals; "condensing" eliminates them; "auto" condenses where a horizon has no more free inputs than the

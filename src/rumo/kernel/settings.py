@@ -15,7 +15,7 @@ class Settings:
     ----------
     sqp_iterations, preparation_iterations, sqp_tolerance
         Linearisations per step, iterations before the measurement, and the change below which both end early.
-    qp_iterations, qp_tolerance, qp_seconds
+    qp_iterations, qp_tolerance, seconds
         Changes of the working set, accuracy of a row in units of the ranges, time.
     gate_width, gate_patience
         Of the innovation gate; an infinite width is no gate.
@@ -26,6 +26,6 @@ class Settings:
     sqp_tolerance: float = 1e-9
     qp_iterations: int = 1000
     qp_tolerance: float = 1e-10
-    qp_seconds: float = np.inf
+    seconds: float = np.inf
     gate_width: float = np.inf
     gate_patience: int = 8

@@ -98,6 +98,9 @@ class Method(ABC):
 
     transcription: Transcription
 
+    end: float = np.inf
+    """When the step has to be over, by `time.perf_counter` [s]; set by the engine where settings have a time limit."""
+
     @property
     def accuracy(self) -> float:
         """Share of their scales to which hard constraints hold in a solution, where that is above `SLACK_TOLERANCE`."""

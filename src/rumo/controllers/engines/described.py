@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rumo.controllers.settings import ControllerSettings, Settings
+from rumo.controllers.settings import ControllerSettings, LtvSettings, Settings
 from rumo.kernel import BOUNDS, Description, Guard, describe
 from rumo.kernel import Settings as CoreSettings
 from rumo.problem import Problem
@@ -22,14 +22,15 @@ def core_settings(settings: ControllerSettings) -> CoreSettings:
     gate = settings.gate
     width, patience = (np.inf, 0) if gate is None else (gate.width, gate.patience)
     if not isinstance(settings, Settings):
-        return CoreSettings(gate_width=width, gate_patience=patience)
+        seconds = settings.qp.time_limit if isinstance(settings, LtvSettings) else np.inf
+        return CoreSettings(seconds=seconds, gate_width=width, gate_patience=patience)
     return CoreSettings(
         sqp_iterations=settings.sqp_iterations,
         preparation_iterations=settings.preparation_iterations,
         sqp_tolerance=settings.tolerance,
         qp_iterations=settings.qp.max_iterations,
         qp_tolerance=settings.qp.tolerance,
-        qp_seconds=settings.qp.time_limit,
+        seconds=settings.qp.time_limit,
         gate_width=width,
         gate_patience=patience,
     )

@@ -56,6 +56,7 @@ class Guarded:
         with self._lock:
             self.method.configure(settings)  # it may refuse them
             self._guard.configure(core_settings(settings))
+            self._limit = core_settings(settings).seconds
             self._integrator_tolerance = getattr(settings, "integrator_tolerance", INTEGRATOR_TOLERANCE)
             self._layout = PlanLayout(self._problem, self._integrator_tolerance)
 
@@ -117,17 +118,23 @@ class Guarded:
         """See `Engine.step`."""
         with self._lock:
             start = perf_counter()
+            self.method.end = start + self._limit
             measurement, window = self._checked(x, reference)
             checking = perf_counter() - start
             if not self._guard.has_guess and np.isfinite(measurement).all():
                 self.rest(measurement)
             if not self._prepared:
-                self.prepare()
+                self._prepare_in_time()
             return self._complete(measurement, window, perf_counter() - checking)
 
     def prepare(self) -> None:
         """See `Engine.prepare`."""
-        with self._lock, interruptible():
+        with self._lock:
+            self.method.end = np.inf  # no one waits for it
+            self._prepare_in_time()
+
+    def _prepare_in_time(self) -> None:
+        with interruptible():
             start = perf_counter()
             with np.errstate(all="ignore"):
                 if self._guess is not None and not (self._keep(self._guess) and self._advance(self._guess)):
@@ -150,6 +157,7 @@ class Guarded:
             if not self._prepared:
                 raise CallOrderError("feedback() needs a preparation: call prepare() first, or step() for both.")
             start = perf_counter()
+            self.method.end = start + self._limit
             return self._complete(*self._checked(x, reference), start)
 
     def _checked(self, x: Values, reference: ReferenceWindow) -> tuple[Array, Mapping[str, Array]]:
