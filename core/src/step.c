@@ -161,7 +161,7 @@ static void prepare(rumo_controller *ctl) {
 }
 
 /* Complete a step, for which there is a budget of time. */
-static void complete(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
+static void complete(rumo_controller *ctl, const double *x, const double *reference, int was_prepared, rumo_plan *plan) {
     const double start = seconds_now();
     ctl->proposed = 0;
     plan->numbers = ctl->numbers;
@@ -173,19 +173,22 @@ static void complete(rumo_controller *ctl, const double *x, const double *refere
     plan->prepare_seconds = ctl->prepare_seconds;
     plan->linearize_seconds = ctl->linearize_seconds;
     plan->feedback_seconds = seconds_now() - start;
+    plan->waited_seconds = plan->feedback_seconds + (was_prepared ? 0.0 : plan->prepare_seconds);
 }
 
 static void feedback(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
+    const int was_prepared = ctl->prepared;
     ctl->end = end_of_step(ctl);
-    if (!ctl->prepared) prepare_in_time(ctl);
-    complete(ctl, x, reference, plan);
+    if (!was_prepared) prepare_in_time(ctl);
+    complete(ctl, x, reference, was_prepared, plan);
 }
 
 static void step(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
     ctl->end = end_of_step(ctl);
     if (!ctl->guard.has_guess && all_finite(x, ctl->s.nx)) start_guess(ctl, x);
-    if (!ctl->prepared) prepare_in_time(ctl);
-    complete(ctl, x, reference, plan);
+    const int was_prepared = ctl->prepared;
+    if (!was_prepared) prepare_in_time(ctl);
+    complete(ctl, x, reference, was_prepared, plan);
 }
 
 #endif

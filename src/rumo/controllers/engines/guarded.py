@@ -123,9 +123,11 @@ class Guarded:
             checking = perf_counter() - start
             if not self._guard.has_guess and np.isfinite(measurement).all():
                 self.rest(measurement)
+            before = 0.0
             if not self._prepared:
                 self._prepare_in_time()
-            return self._complete(measurement, window, perf_counter() - checking)
+                before = self._prepare_time
+            return self._complete(measurement, window, perf_counter() - checking, before)
 
     def prepare(self) -> None:
         """See `Engine.prepare`."""
@@ -167,8 +169,11 @@ class Guarded:
         self.method.check(window)
         return measurement, window
 
-    def _complete(self, measurement: Array, window: Mapping[str, Array], start: float) -> Plan:
-        """The plan for a measurement and a reference that have been checked, in a feedback that began at `start`."""
+    def _complete(self, measurement: Array, window: Mapping[str, Array], start: float, before: float = 0.0) -> Plan:
+        """The plan for a measurement and a reference that have been checked, in a feedback that began at `start`.
+
+        Whoever called for it has waited for some time `before` [s].
+        """
         with interruptible():
             with np.errstate(all="ignore"):
                 candidate, cause = self._attempt(measurement, window)
@@ -178,7 +183,7 @@ class Guarded:
             later = self._guard.next if self._guard.has_guess else None
             self._guess = None if later is None else Trajectory(*later)
             self._prepared = False
-            return self._plan(candidate, status, cause, start)
+            return self._plan(candidate, status, cause, start, before)
 
     def _attempt(self, x: Array, window: Mapping[str, Array]) -> tuple[Candidate | None, Status]:
         """What the method comes to, if the measurement can be used, and how far it got."""
@@ -236,7 +241,7 @@ class Guarded:
         allowed = share * self._problem.constraint_scales
         return (candidate.constraints > allowed) & self.method.transcription.imposed
 
-    def _plan(self, candidate: Candidate | None, status: Status, cause: Status, start: float) -> Plan:
+    def _plan(self, candidate: Candidate | None, status: Status, cause: Status, start: float, before: float) -> Plan:
         problem, applied = self._problem, self._guard.plan
         nothing = np.full((problem.horizon, len(problem.constraints)), np.nan)
         constraints, diagnostics = (
@@ -245,5 +250,6 @@ class Guarded:
         parts = applied.u, applied.x, constraints, applied.inner[:, : len(problem.model.algebraic)], diagnostics
         numbers = np.concatenate([part.ravel() for part in parts])
         ranks = STATUSES.index(status), STATUSES.index(cause)
-        times, conflict = (self._prepare_time, perf_counter() - start), self._conflict or None
+        feedback, conflict = perf_counter() - start, self._conflict or None
+        times = self._prepare_time, feedback, before + feedback
         return Plan(numbers, Outcome(self._layout, *ranks, *times, conflict=conflict))
