@@ -30,7 +30,7 @@ static rumo_settings some_settings(void) {
     if (chance(0.2)) s.sqp_iterations = 1 + below(4);
     if (chance(0.2)) s.preparation_iterations = 1 + below(3);
     if (chance(0.2)) s.qp_iterations = below(8);
-    if (chance(0.05)) s.seconds = 0.0;
+    if (chance(0.1)) s.seconds = below(2) ? 0.0 : of_any_size(1e-8, 1e-3); /* over at any place */
     if (chance(0.3)) s.gate_width = below(2) ? INFINITY : uniform(0.01, 1.0);
     if (chance(0.3)) s.gate_patience = below(6);
     return s;
