@@ -101,8 +101,8 @@ public:
         api_->prepare(core_);
     }
 
-    // Both write the plan's numbers into an array; (layout, status, cause, prepare, feedback, iterations, and
-    // None or what is in conflict as (kind, stage, index)). None where a feedback finds nothing prepared.
+    // Both write the plan's numbers into an array; (layout, status, cause, prepare, feedback, waited, iterations,
+    // and None or what is in conflict as (kind, stage, index)). None where a feedback finds nothing prepared.
     nb::object feedback(nb::handle x, nb::handle reference, nb::handle numbers) {
         return run(api_->feedback, true, x, reference, numbers);
     }
@@ -183,7 +183,7 @@ private:
             conflict = found;
         }
         return nb::make_tuple(layout, static_cast<int>(plan.status), static_cast<int>(plan.cause), plan.prepare_seconds,
-                              plan.feedback_seconds, plan.iterations, conflict);
+                              plan.feedback_seconds, plan.waited_seconds, plan.iterations, conflict);
     }
 
     const rumo_api *api_;

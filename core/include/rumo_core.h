@@ -116,6 +116,7 @@ typedef struct rumo_plan {
     const rumo_conflict *conflict; /* limits that cannot hold together, if there is no solution; */
     int conflicts;                 /* how many */
     double prepare_seconds, feedback_seconds;
+    double waited_seconds;    /* by the caller: the feedback, and the preparation where no call was made for it before */
     double linearize_seconds; /* of the preparation, until the guess is linearised and its unknowns eliminated; NAN if not */
 } rumo_plan;
 

@@ -40,7 +40,7 @@
     REAL(trusted_step)               /* of an input over its range; infinite: steps are not judged */ \
     COUNT(qp_iterations, 0)          /* changes of the working set per QP */                          \
     REAL(qp_tolerance)               /* of a row, in units of the inputs' ranges */                   \
-    REAL(qp_seconds)                 /* time for a QP; infinite for none */                           \
+    REAL(seconds)                    /* time for a step, or a QP by itself; infinite for any */       \
     REAL(gate_width)                 /* of the innovation gate; infinite for none */                  \
     COUNT(gate_patience, 0)          /* consistent implausible samples before they are believed */
 

@@ -34,7 +34,10 @@ struct rumo_controller {
     double last_step;        /* largest change of a free input in the iteration before, NaN if it is the sample's first */
     double *near_reach;      /* (nx,): over the stages of the gate, where the gate has to know */
     double straying;         /* of the last guess linearised about, see straying() */
+    rumo_conflict *broken;   /* (N nc,): hard constraints that the last solution exceeds */
     double prepare_seconds, linearize_seconds, linearized_at;
+    double end;              /* when the step has to be over, by the clock; infinite for whenever it is */
+    int proposed;            /* whether the solver has come to a plan, as a solution or as what there is */
 };
 
 static inline double *plan_u(const rumo_controller *ctl) { return ctl->numbers; }

@@ -5,6 +5,7 @@
 #include "base/clock.h"
 #include "controller.h"
 #include "guard/shift.c"
+#include "solve/influence.h"
 #include "stages/defects.c"
 #include "stages/inner.c"
 #include "stages/linearise.c"
@@ -79,12 +80,19 @@ static int runs_away(const stage_maps *m) {
     return 0;
 }
 
+/* What something amounts to that did not come to an end: it ran out of time, or else what is said. */
+static rumo_status out_of_time_or(const rumo_controller *ctl, rumo_status status) {
+    return is_over(ctl->end) ? RUMO_BUDGET_EXCEEDED : status;
+}
+
 /* Let the solver prepare for the stages as linearised; what it keeps of the sample before is shifted once. OPTIMAL, or why
  * there can be no solution. */
 static rumo_status make_ready(rumo_controller *ctl) {
     stage_maps *const m = &ctl->stages;
-    if (!solver_of(&ctl->problem.sizes)->prepare(&ctl->solving, m, ctl->behind)) return RUMO_ILL_CONDITIONED;
+    if (!solver_of(&ctl->problem.sizes)->prepare(&ctl->solving, m, ctl->behind, ctl->end))
+        return out_of_time_or(ctl, RUMO_ILL_CONDITIONED);
     solver_of(&ctl->problem.sizes)->reach(&ctl->solving, ctl->s.N, m->reach);
+    if (is_over(ctl->end)) return RUMO_BUDGET_EXCEEDED;
     if (runs_away(m)) return RUMO_ILL_CONDITIONED;
     ctl->behind = 0;
     ctl->straying = straying(m);
@@ -93,9 +101,9 @@ static rumo_status make_ready(rumo_controller *ctl) {
 
 /* Linearise about the guess, and make ready. */
 static rumo_status linearize(rumo_controller *ctl) {
-    const int usable = linearise(&ctl->stages, last_decided(&ctl->guard));
+    const int usable = linearise(&ctl->stages, last_decided(&ctl->guard), ctl->end);
     ctl->linearized_at = seconds_now();
-    return usable ? make_ready(ctl) : RUMO_SOLVER_FAILED;
+    return usable ? make_ready(ctl) : out_of_time_or(ctl, RUMO_SOLVER_FAILED);
 }
 
 /* Copy the algebraic variables into the plan's numbers. */
@@ -105,8 +113,23 @@ static void show_algebraic(const rumo_controller *ctl) {
         for (int i = 0; i < s->nz; ++i) plan_z(ctl)[k * s->nz + i] = ctl->inner[(ptrdiff_t)i * s->lanes + k];
 }
 
+/* A hard constraint is exceeded beyond what the solver was asked for: no input moves it where it was linearised. They are
+ * noted, and how many there are is returned. */
+RARE static int note_broken(rumo_controller *ctl, double allowed) {
+    const rumo_problem *p = &ctl->problem;
+    const dims *s = &ctl->s;
+    int count = 0;
+    for (int i = 0; i < s->N * s->nc; ++i) {
+        const int r = i % s->nc;
+        if (p->imposed[i] && isinf(p->numbers.l1[r]) &&
+            plan_constraints(ctl)[i] > allowed * p->numbers.constraint_scales[r])
+            ctl->broken[count++] = (rumo_conflict){RUMO_PATH_CONSTRAINT, i / s->nc + 1, r};
+    }
+    return count;
+}
+
 /* Guess and step make the plan; returns the status it deserves. */
-static WITHIN rumo_status expand(rumo_controller *ctl, const double *x, rumo_status status) {
+static WITHIN rumo_status expand(rumo_controller *ctl, const double *x, rumo_status status, rumo_plan *plan) {
     const rumo_problem *p = &ctl->problem;
     const dims s = dims_of(&p->sizes);
     const stage_maps *m = &ctl->stages;
@@ -114,13 +137,16 @@ static WITHIN rumo_status expand(rumo_controller *ctl, const double *x, rumo_sta
     double *u = plan_u(ctl), *states = plan_x(ctl);
     for (int i = 0; i < s.N * s.nu; ++i) u[i] = m->guess_u[i] + step->du[i];
     copy(states, x, s.nx);
-    int violated = 0, usable = 1;
+    int violated = 0, broken = 0, usable = 1;
     for (int k = 0; k < s.N; ++k) {
         const double *dx = step->dx + (ptrdiff_t)(k + 1) * s.ldx;
         for (int r = 0; r < s.nx; ++r) states[(k + 1) * s.nx + r] = m->guess_x[(k + 1) * s.nx + r] + dx[r];
         for (int r = 0; r < s.nc; ++r) {
             const double value = step->constraints[k * s.nc + r];
-            violated |= value > RUMO_SLACK_TOLERANCE * p->numbers.constraint_scales[r] && p->imposed[k * s.nc + r];
+            const int beyond = value > RUMO_SLACK_TOLERANCE * p->numbers.constraint_scales[r] && p->imposed[k * s.nc + r];
+            const int soft = p->numbers.l1[r] < INFINITY;
+            violated |= beyond & soft;
+            broken |= beyond & !soft;
             usable &= value < INFINITY; /* below an infinite limit it is infinite itself */
         }
     }
@@ -128,6 +154,12 @@ static WITHIN rumo_status expand(rumo_controller *ctl, const double *x, rumo_sta
     if (s.ni) show_algebraic(ctl);
     if (!usable || !all_finite(ctl->numbers, s.N * s.nu + (s.N + 1) * s.nx)) return RUMO_SOLVER_FAILED;
     if (!all_finite(ctl->inner, s.ni * s.lanes)) return RUMO_SOLVER_FAILED;
+    if (status == RUMO_OPTIMAL && broken) {
+        /* As exactly as rows are asked to hold, in the units that they have in a solver. */
+        plan->conflicts = note_broken(ctl, larger(RUMO_SLACK_TOLERANCE, MOST_INFLUENCE * ctl->settings.qp_tolerance));
+        plan->conflict = ctl->broken;
+        if (plan->conflicts) return RUMO_SOLVER_FAILED;
+    }
     return status == RUMO_OPTIMAL && violated ? RUMO_SOFT_VIOLATED : status;
 }
 
@@ -151,7 +183,7 @@ static void diagnose(rumo_controller *ctl) {
 
 /* One step from a prepared guess; SOLVER_FAILED leaves no plan. */
 static rumo_status iterate(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
-    const budget limits = {ctl->settings.qp_iterations, ctl->settings.qp_tolerance, ctl->settings.qp_seconds};
+    const budget limits = {ctl->settings.qp_iterations, ctl->settings.qp_tolerance, ctl->end};
     const stage_known known = {x, ctl->guard.applied, reference};
     stage_step *const step = &ctl->step;
     const rumo_status status = solver_of(&ctl->problem.sizes)->solve(&ctl->solving, &ctl->stages, &known, &limits, step);
@@ -160,7 +192,8 @@ static rumo_status iterate(rumo_controller *ctl, const double *x, const double *
     plan->conflict = step->conflict;
     if (status > RUMO_BUDGET_EXCEEDED) return status;
     diagnose(ctl);
-    return expand(ctl, x, status);
+    ctl->proposed = 1;
+    return expand(ctl, x, status, plan);
 }
 
 static int is_solved(rumo_status status) { return status == RUMO_OPTIMAL || status == RUMO_SOFT_VIOLATED; }

@@ -31,8 +31,10 @@ static inline int is_settled(const rumo_controller *ctl, int iterations, double 
     return size <= SETTLED_STEP || error_left(size / before, size) <= SETTLED;
 }
 
+/* Whether there is to be no other, however things are. */
 static int is_last(const rumo_controller *ctl, int iterations) {
-    return iterations >= ctl->settings.sqp_iterations && iterations > ctl->settings.settling_iterations;
+    const rumo_settings *set = &ctl->settings;
+    return (iterations >= set->sqp_iterations && iterations > set->settling_iterations) || is_over(ctl->end);
 }
 
 /* Keep the guess, for steps from there. */
@@ -74,7 +76,7 @@ static double take_step(rumo_controller *ctl, const double *reference, double *p
     for (int i = 0; i < CUTS; ++i) {
         set_on_the_way(ctl, share);
         double more = INFINITY;
-        if (linearise(&ctl->stages, last_decided(&ctl->guard))) {
+        if (linearise(&ctl->stages, last_decided(&ctl->guard), ctl->end)) {
             more = priced(worth_of_guess(ctl, reference), *price) - merit_now;
             if (!promises || more <= -SHARE_HELD * share * less) return share;
         }
@@ -92,7 +94,7 @@ static void show_guess(rumo_controller *ctl) {
     const rumo_problem *p = &ctl->problem;
     const stage_maps *m = &ctl->stages;
     recall_guess(ctl);
-    (void)linearise(&ctl->stages, last_decided(&ctl->guard)); /* it was there before */
+    (void)linearise(&ctl->stages, last_decided(&ctl->guard), INFINITY); /* it was there before */
     for (int k = 0; k < s->N; ++k)
         for (int r = 0; r < s->nc; ++r)
             plan_constraints(ctl)[k * s->nc + r] =
@@ -135,9 +137,11 @@ static rumo_status take_full_steps(rumo_controller *ctl, const double *x, const 
         if (is_last(ctl, *iterations) || !converges) return RUMO_UNTRUSTED;
         before = size;
         guess_plan(ctl);
-        if (linearize(ctl) != RUMO_OPTIMAL) return RUMO_UNTRUSTED;
-        status = iterate(ctl, x, reference, plan);
-        if (!is_solved(status)) return RUMO_UNTRUSTED;
+        if (linearize(ctl) != RUMO_OPTIMAL || !is_solved(status = iterate(ctl, x, reference, plan))) {
+            recall_guess(ctl);
+            plan->conflicts = 0; /* those were of a step not taken */
+            return RUMO_UNTRUSTED;
+        }
         ++*iterations;
     }
     return status;
@@ -184,13 +188,15 @@ static inline rumo_status try_guess(rumo_controller *ctl, const double *x, const
 
 /* From the state alone: at rest there or, if that costs no more, where the last input leads. */
 RARE static rumo_status try_start(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
+    if (is_over(ctl->end)) return RUMO_BUDGET_EXCEEDED;
+    ctl->proposed = 0;
     start_guess(ctl, x);
     if (!is_plain(ctl)) set_known(ctl, x);
     rumo_status usable = linearize(ctl);
     if (!is_plain(ctl)) {
         keep_from(ctl);
         const double cost = usable == RUMO_OPTIMAL ? worth_of_guess(ctl, reference).cost : INFINITY;
-        if (roll_out(&ctl->stages, last_decided(&ctl->guard), ctl->step.dx, ctl->step.du, ctl->inner) &&
+        if (roll_out(&ctl->stages, last_decided(&ctl->guard), ctl->step.dx, ctl->step.du, ctl->inner, ctl->end) &&
             worth_of_guess(ctl, reference).cost <= cost) {
             usable = make_ready(ctl);
         } else {

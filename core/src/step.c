@@ -45,7 +45,7 @@ static void advance_guess(rumo_controller *ctl) {
     }
 }
 
-static void prepare(rumo_controller *ctl) {
+static void prepare_in_time(rumo_controller *ctl) {
     const double start = seconds_now();
     ctl->linearize_seconds = NAN;
     if (ctl->guard.has_guess) {
@@ -95,7 +95,7 @@ static rumo_status attempt(rumo_controller *ctl, const double *x, const double *
     ctl->last_step = NAN; /* a step at another sample says nothing of this one's iterations */
     const int guessed = ctl->guard.has_guess && (!ctl->still || is_plain(ctl));
     const rumo_status status = guessed ? try_guess(ctl, x, reference, plan) : try_start(ctl, x, reference, plan);
-    if (!guessed || is_plain(ctl) || status <= RUMO_BUDGET_EXCEEDED) return status;
+    if (!guessed || is_plain(ctl) || status <= RUMO_BUDGET_EXCEEDED || is_over(ctl->end)) return status;
     return try_start(ctl, x, reference, plan);
 }
 
@@ -103,7 +103,8 @@ static rumo_status attempt(rumo_controller *ctl, const double *x, const double *
 static void conclude(rumo_controller *ctl, rumo_status cause, rumo_plan *plan) {
     const dims *s = &ctl->s;
     const rumo_guard *g = &ctl->guard;
-    const int solved = cause <= RUMO_BUDGET_EXCEEDED;
+    const int solved = ctl->proposed && cause <= RUMO_BUDGET_EXCEEDED;
+    if (!solved && cause == RUMO_BUDGET_EXCEEDED) ctl->guard.blameless = 1; /* the guess had no time */
     if (!solved) {
         for (int i = 0; i < rest_of_plan(s); ++i) plan_constraints(ctl)[i] = NAN;
         ctl->last_step = NAN;
@@ -116,9 +117,21 @@ static void conclude(rumo_controller *ctl, rumo_status cause, rumo_plan *plan) {
     ctl->behind = 1;
 }
 
-static void feedback(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
-    if (!ctl->prepared) prepare(ctl);
+static double end_of_step(const rumo_controller *ctl) {
+    const double seconds = ctl->settings.seconds;
+    return seconds < INFINITY ? seconds_now() + seconds : INFINITY;
+}
+
+/* Whenever the preparation is over, since no one waits for it. */
+static void prepare(rumo_controller *ctl) {
+    ctl->end = INFINITY;
+    prepare_in_time(ctl);
+}
+
+/* Complete a step, for which there is a budget of time. */
+static void complete(rumo_controller *ctl, const double *x, const double *reference, int was_prepared, rumo_plan *plan) {
     const double start = seconds_now();
+    ctl->proposed = 0;
     plan->numbers = ctl->numbers;
     plan->count = size_of_plan(&ctl->s);
     plan->iterations = plan->conflicts = 0;
@@ -128,12 +141,22 @@ static void feedback(rumo_controller *ctl, const double *x, const double *refere
     plan->prepare_seconds = ctl->prepare_seconds;
     plan->linearize_seconds = ctl->linearize_seconds;
     plan->feedback_seconds = seconds_now() - start;
+    plan->waited_seconds = plan->feedback_seconds + (was_prepared ? 0.0 : plan->prepare_seconds);
+}
+
+static void feedback(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
+    const int was_prepared = ctl->prepared;
+    ctl->end = end_of_step(ctl);
+    if (!was_prepared) prepare_in_time(ctl);
+    complete(ctl, x, reference, was_prepared, plan);
 }
 
 static void step(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
+    ctl->end = end_of_step(ctl);
     if (!ctl->guard.has_guess && all_finite(x, ctl->s.nx)) start_guess(ctl, x);
-    if (!ctl->prepared) prepare(ctl);
-    feedback(ctl, x, reference, plan);
+    const int was_prepared = ctl->prepared;
+    if (!was_prepared) prepare_in_time(ctl);
+    complete(ctl, x, reference, was_prepared, plan);
 }
 
 #endif

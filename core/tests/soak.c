@@ -34,7 +34,7 @@ static rumo_settings some_settings(void) {
     }
     if (chance(0.2)) s.preparation_iterations = 1 + below(3);
     if (chance(0.2)) s.qp_iterations = below(8);
-    if (chance(0.05)) s.qp_seconds = 0.0;
+    if (chance(0.1)) s.seconds = below(2) ? 0.0 : of_any_size(1e-8, 1e-3); /* over at any place */
     if (chance(0.3)) s.gate_width = below(2) ? INFINITY : uniform(0.01, 1.0);
     if (chance(0.3)) s.gate_patience = below(6);
     return s;
@@ -147,7 +147,9 @@ static int all_wanted(const run *r) {
 static void check_outcome(run *r) {
     const rumo_sizes *s = &r->f->problem->sizes;
     const rumo_plan *plan = &r->plan;
-    const int solved = plan->cause <= RUMO_BUDGET_EXCEEDED,
+    /* A budget of time may run out before there is anything. */
+    const double step = plan->numbers[plan->count - RUMO_DIAGNOSTIC_COUNT + RUMO_STEP];
+    const int solved = plan->cause < RUMO_BUDGET_EXCEEDED || (plan->cause == RUMO_BUDGET_EXCEEDED && !isnan(step)),
               rows = 2 * s->horizon * s->inputs + s->horizon * s->constraints;
     CHECK(plan->status == plan->cause || (plan->status == RUMO_PLAN_EXHAUSTED && !solved), "%s: status %d for cause %d",
           r->f->name, (int)plan->status, (int)plan->cause);

@@ -77,7 +77,7 @@ int main(void) {
     several.sqp_iterations = 4;
     several.preparation_iterations = 2;
     hurried.qp_iterations = 1;
-    timed.qp_seconds = 0.0;
+    timed.seconds = 0.0;
     open.gate_width = INFINITY;
     judged.trusted_step = 0.0;
     careful.trusted_step = 0.01;

@@ -128,7 +128,7 @@ int main(void) {
         if (a.used > sizeof memory || p->sizes.slots > MAX_SLOTS || p->sizes.states > MAX_STATES || p->sizes.inputs > MAX_INPUTS) abort();
         for (int round = 0; round < ROUNDS; ++round) {
             fill(p, LANES_ALL, round % 2 ? 1e6 : 1.0, unit, terms);
-            balance(&p->elimination, &p->M, terms, LANES_ALL, p->sizes.states, block_of, row_unit);
+            balance(&p->elimination, &p->M, terms, LANES_ALL, p->sizes.states, block_of, row_unit, INFINITY);
             const int exchanges = eliminate_chunk(&p->elimination, blocks, row_unit, terms, LANES_ALL, work, result);
             const int written = patterns[i].straight(row_unit, PATIENCE, terms, straight, lack);
             CHECK(written ? !sparse : p->sizes.states > 10, "pattern %d has %s code", i, written ? "some" : "no");

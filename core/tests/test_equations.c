@@ -110,7 +110,7 @@ int main(void) {
         lay_out_equations(&a, &q, patterns_of(&a, &p->factor, &p->factor), p, p);
         for (int round = 0; round < 12; ++round) {
             fill(p, round % 2 ? 1e6 : 1.0, round % 3 == 2);
-            if (!factor_equations(&q, terms, 0, correction)) {
+            if (!factor_equations(&q, terms, 0, correction, INFINITY)) {
                 ++singular;
                 continue;
             }

@@ -58,7 +58,7 @@ int main(void) {
             memset(factor, 0, sizeof factor);
             memset(inverse, 0, sizeof inverse);
             memset(transpose, 0, sizeof transpose);
-            const int definite = 0.0 < factorize(n, ld, hessian, factor, inverse, transpose);
+            const int definite = 0.0 < factorize(n, ld, hessian, factor, inverse, transpose, INFINITY);
             CHECK(definite, "n = %d", n);
             if (definite) compare(n, ld);
             const int where = below(n), diagonal = where * ld + where;
@@ -66,7 +66,7 @@ int main(void) {
             const double spoiled[] = {0.0, -kept, NAN, -INFINITY};
             for (size_t i = 0; i < sizeof spoiled / sizeof *spoiled; ++i) {
                 hessian[diagonal] = spoiled[i];
-                CHECK(0.0 == factorize(n, ld, hessian, factor, inverse, transpose), "n = %d with %g", n, spoiled[i]);
+                CHECK(0.0 == factorize(n, ld, hessian, factor, inverse, transpose, INFINITY), "n = %d with %g", n, spoiled[i]);
             }
         }
     return finish();

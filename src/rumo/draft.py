@@ -16,6 +16,9 @@ from rumo.signals import Array
 from rumo.structure import Structure
 from rumo.terms import Bounds, BoundsLike, Penalty, as_limits, check_penalty, stage_weights
 
+NARROWEST = 1e-7
+"""Least width of bounds that do not meet, over their distance from zero: a millionth of it is more than rounding."""
+
 
 class Draft:
     """Numbers in the making, from nothing or from others; each entry is checked, and names its argument if it is wrong.
@@ -101,7 +104,7 @@ class Draft:
         for side, limits in ((1, upper), (-1, lower)):
             if side in rows:
                 self._own("limits")[:, rows[side]] = side * limits
-                self._own("constraint_scales")[rows[side]] = _width(lower, upper)
+                self._own("constraint_scales")[rows[side]] = _scale(lower, upper)
         if isinstance(value, Bounds) and value.penalty is not None:
             self._price(list(rows.values()), value.penalty, f"{argument}.penalty")
 
@@ -280,11 +283,12 @@ def parameter_table(model: Model, table: Array, values: Mapping[str, ArrayLike],
     return table
 
 
-def _width(lower: Array, upper: Array) -> float:
-    """Typical size of what lies within bounds: their width, or the distance from zero of the far one."""
-    lowest, highest = float(lower.min()), float(upper.max())
-    limits = [abs(limit) for limit in (lowest, highest) if np.isfinite(limit)]
-    return (sum(limits) if lowest < 0.0 < highest else max(limits, default=0.0)) or 1.0
+def _scale(lower: Array, upper: Array) -> float:
+    """Scale of bounds: their width where it is largest, or their distance from zero where they have none, or else 1."""
+    finite = np.concatenate([limits[np.isfinite(limits)] for limits in (lower, upper)])
+    farthest = float(np.abs(finite).max(initial=0.0))
+    width = float((upper - lower).max())
+    return max(width, NARROWEST * farthest) if 0.0 < width < np.inf else farthest or 1.0
 
 
 def _refuse_penalty(value: BoundsLike, argument: str) -> None:

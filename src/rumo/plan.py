@@ -22,10 +22,14 @@ class Timings:
     ----------
     prepare, feedback : float
         Time before and after the measurement was known [s].
+    waited : float
+        Time of the call that returned the plan [s]: of both where `step` did both, of the feedback alone where
+        `prepare` was called before.
     """
 
     prepare: float
     feedback: float
+    waited: float
 
     @property
     def total(self) -> float:
@@ -127,8 +131,8 @@ class Outcome(NamedTuple):
         Of the problem with the numbers of that step.
     status, cause : int
         Positions in `STATUSES`.
-    prepare, feedback : float
-        Times [s].
+    prepare, feedback, waited : float
+        Times [s], see `Timings`.
     iterations : int
         Of the QP solver.
     conflict : list of tuple, or None
@@ -140,6 +144,7 @@ class Outcome(NamedTuple):
     cause: int
     prepare: float
     feedback: float
+    waited: float
     iterations: int = 0
     conflict: Sequence[tuple[int, int, int]] | None = None
 
@@ -176,13 +181,13 @@ class Plan:
     @property
     def iterations(self) -> int:
         """Changes of the QP solver's working set, in the C core; 0 elsewhere."""
-        return self._outcome[5]
+        return self._outcome[6]
 
     @property
     def conflict(self) -> tuple[str, ...]:
-        """Where the QP had no solution: rows that cannot hold together, such as "friction_rear at stage 3".
+        """Where there was no solution: rows that cannot hold together, such as "friction_rear at stage 3".
 
-        Only the C core names them.
+        Rows that only together cannot hold are named by the C core alone; one that no input moves, by every controller.
         """
         inputs, constraints = self.problem.model.inputs.names, self.problem.constraint_names.names
         kinds = (
@@ -190,7 +195,7 @@ class Plan:
             [f"move bounds of {name}" for name in inputs],
             constraints,
         )
-        return tuple(f"{kinds[kind][index]} at stage {stage}" for kind, stage, index in sorted(self._outcome[6] or ()))
+        return tuple(f"{kinds[kind][index]} at stage {stage}" for kind, stage, index in sorted(self._outcome[7] or ()))
 
     @property
     def problem(self) -> Problem:
@@ -242,7 +247,7 @@ class Plan:
     @property
     def timings(self) -> Timings:
         """Wall-clock times."""
-        return Timings(*self._outcome[3:5])
+        return Timings(*self._outcome[3:6])
 
     @property
     def violations(self) -> list[Violation]:

@@ -38,8 +38,8 @@ class Penalty:
     """Price of violating a soft constraint by s, at each stage: `l1 * s + l2 * s**2`.
 
     For a constraint given by an expression s is its value above the limit. For a bound of a state the price does not
-    depend on units: `N * (l1 * s + l2 * s**2)`, with s the violation over the width of the bounds (or over the distance
-    from zero to the far one, where zero is not between them), and N the length of the horizon in samples. So with
+    depend on units: `N * (l1 * s + l2 * s**2)`, with s the violation over the width of the bounds where it is largest
+    (or over the distance from zero, where there is only one), and N the length of the horizon in samples. So with
     `l1 = 1` a violation as large as that costs as much as errors as large as their range, with a weight of 1, on the
     whole horizon.
 

@@ -4,7 +4,7 @@ import inspect
 
 import numpy as np
 import pytest
-from problems import PROBLEMS
+from problems import PROBLEMS, pendulum
 
 import rumo
 from rumo.registry import CONTROLLERS
@@ -140,6 +140,19 @@ def test_times_are_reported(name):
         assert plan.timings.prepare >= 0.0
         assert plan.timings.feedback > 0.0
         assert plan.timings.total == plan.timings.prepare + plan.timings.feedback
+        assert plan.timings.waited == pytest.approx(plan.timings.total)  # each was a step
+
+
+@every_controller
+def test_no_one_waits_for_what_was_prepared_before(name):
+    problem = pendulum()
+    controller = CONTROLLERS[name](problem)
+    controller.step([0.1, 0.0], {"angle": 0.5, "rate": 0.0})
+    controller.prepare()
+    for call in (controller.feedback, controller.step):
+        plan = call([0.1, 0.0], {"angle": 0.5, "rate": 0.0})
+        assert plan.timings.waited == plan.timings.feedback
+        controller.prepare()
 
 
 @every_controller

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from problems import car, cooled_reactor, pendulum, swinging_cart
+from problems import car, cooled_reactor, pendulum, swinging_cart, tank
 
 import rumo
 from rumo.registry import CONTROLLERS, DISCRETIZATIONS
@@ -161,6 +161,25 @@ def test_without_a_plan_nothing_is_said_of_the_previous_one():
 def test_a_reason_is_a_sentence(status):
     assert status.reason.endswith(".")
     assert status.value.startswith(status.reason[:-1])
+
+
+@pytest.mark.parametrize("backend", ["portable", "reference"])
+def test_where_the_model_has_no_value_it_says_so(backend):
+    """The root of a level that the linearised prediction takes below zero."""
+    controller = rumo.RealTimeIteration(tank(), backend=backend, gate=None)
+    plan = controller.step([2.0], {"level": 0.001})
+    assert plan.status is rumo.Status.OPTIMAL
+    dry = plan.x["level"][1:] < 0.0
+    assert dry.any()
+    explanation = controller.explain(plan)
+    np.testing.assert_array_equal(np.isnan(explanation.stiffness), dry)
+    assert "No value: the model or its derivatives give no finite numbers at the states predicted for" in str(
+        explanation
+    )
+    assert f"stage {np.flatnonzero(dry)[-1] + 1}" in str(explanation) or f"to {np.flatnonzero(dry)[-1] + 1}" in str(
+        explanation
+    )
+    assert ("Stiffness: " in str(explanation)) is not dry.all()
 
 
 def test_steps_that_are_rounding_have_no_ratio():

@@ -17,7 +17,7 @@ PROGRAMS = sorted(path.stem for path in (CORE / "tests").glob("test_*.c"))
 OWN_ALLOCATOR = "test_allocation"
 ALLOWED = """
     memcpy memset memmove memcmp clock_gettime frexp ldexp
-    sqrt fmod asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp
+    sqrt fmod sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp
     expm1 log log1p pow hypot erf floor ceil fmin fmax __stack_chk_fail _GLOBAL_OFFSET_TABLE_
 """
 

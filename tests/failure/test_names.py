@@ -71,7 +71,10 @@ def test_out_of_budget_the_better_of_iterate_and_shifted_plan_is_used(iterations
 def test_a_time_limit_is_a_budget():
     problem = pendulum(horizon=60, bounds={"torque": (-1.0, 1.0)}, move_bounds={"torque": (-0.1, 0.1)})
     controller = rumo.RealTimeIteration(problem, qp=rumo.QpOptions(time_limit=1e-9))
-    plan = controller.step([2.0, 0.0], {"angle": -1.0, "rate": 0.0})
+    controller.engage(applied=[0.0], x=[2.0, 0.0])
+    controller.prepare()  # which no one waits for
+    plan = controller.feedback([2.0, 0.0], {"angle": -1.0, "rate": 0.0})
     assert plan.status is Status.BUDGET_EXCEEDED
+    assert np.isfinite(plan.diagnostics.step)  # it is a plan of its own
     controller.configure(qp=rumo.QpOptions())
     assert controller.step([2.0, 0.0], {"angle": -1.0, "rate": 0.0}).status is Status.OPTIMAL

@@ -153,7 +153,9 @@ def test_a_constraint_on_a_state_that_inputs_never_reach_is_left_out():
         assert plan.slacks["alone_upper"][0] == pytest.approx(3.0 / 1.1 - 1.0)
 
 
-def test_a_constraint_without_numerical_influence_is_left_out():
+@pytest.mark.parametrize("penalty", [None, rumo.Penalty(1.0)])
+def test_a_constraint_without_numerical_influence(penalty):
+    """It takes part in nothing; exceeded, it is none that holds, and a hard one leaves no solution."""
     # Structurally the input reaches the constraint, but with a factor that is zero here.
     model = rumo.Model(
         states={"a": "1", "b": "1"},
@@ -167,11 +169,16 @@ def test_a_constraint_without_numerical_influence_is_left_out():
         sampling_time=0.1,
         track={"a": rumo.Weight(1.0)},
         moves={"push": rumo.Weight(0.1)},
-        bounds={"b": (-1.0, 1.0)},
+        bounds={"b": rumo.Bounds(-1.0, 1.0, penalty)},
     )
-    plan = rumo.RealTimeIteration(problem).step([0.0, 3.0], {"a": 1.0})
-    assert plan.status is not Status.SOLVER_FAILED
+    controller = rumo.RealTimeIteration(problem)
+    plan = controller.step([0.0, 0.9], {"a": 1.0})
+    assert plan.status is Status.OPTIMAL
     assert plan.command["push"] > 0.1
+    plan = controller.step([0.0, 3.0], {"a": 1.0})
+    assert plan.cause is (Status.SOFT_VIOLATED if penalty else Status.SOLVER_FAILED)
+    assert plan.command["push"] > 0.1
+    assert ("b_upper at stage 1" in plan.conflict) is (penalty is None)
 
 
 def test_a_failed_qp_is_never_applied():

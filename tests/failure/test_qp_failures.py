@@ -99,14 +99,14 @@ def test_few_changes(budget):
 def test_little_time(seconds):
     for seed in range(40):
         p = program(seed, 50, 100, softness="mixed")
-        answer = solve(p, qp_seconds=seconds)
+        answer = solve(p, seconds=seconds)
         assert answer.status is Status.BUDGET_EXCEEDED
         assert np.isfinite(answer.v).all()
 
 
 def test_plenty_of_time():
     p = program(0, 50, 100, softness="mixed")
-    assert_solved(p, solve(p, qp_seconds=60.0))
+    assert_solved(p, solve(p, seconds=60.0))
 
 
 FIELDS = tuple(vars(program(0, 2, 2)))

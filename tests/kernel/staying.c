@@ -19,7 +19,8 @@ static void staying_lay_out(arena *a, void *self, const rumo_problem *own, const
 
 static void staying_nothing(void *self) { (void)self; }
 
-static int staying_prepare(void *self, const stage_maps *m, int shift) {
+static int staying_prepare(void *self, const stage_maps *m, int shift, double end) {
+    (void)end;
     const dims s = dims_of(&((staying *)self)->problem->sizes);
     (void)shift;
     spread(&s, &m->map, m->map_row, m->maps, ((staying *)self)->stages);

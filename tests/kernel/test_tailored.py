@@ -214,7 +214,7 @@ def test_another_stage_solver(cache, monkeypatch):
     """All that a step needs of a solver passes through its seam: this one leaves the inputs as they are."""
     staying = str(Path(__file__).with_name("staying.c"))
     monkeypatch.setattr("rumo.controllers.engines.core.tailored", lambda description: build_for(description, staying))
-    problem = pendulum(bounds={"torque": (-2.0, 2.0), "angle": (-1.0, 0.31)})
+    problem = pendulum(bounds={"torque": (-2.0, 2.0), "angle": rumo.Bounds(-1.0, 0.31, rumo.Penalty(1.0))})
     controller = rumo.RealTimeIteration(problem, backend="tailored")
     assert controller.backend == "tailored"
     controller.reset(applied=[1.0])

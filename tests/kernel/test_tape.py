@@ -13,6 +13,9 @@ import rumo
 from rumo.controllers.engines.described import core_problem
 from rumo.kernel.tape import OPERATIONS
 
+FAR = [(1.000001e6, 0.0), (-3.7e9, 0.0), (2.0**53 + 2.0, 0.0), (6381956970095103.0 * 2.0**797, 0.0), (1e300, 0.0)]
+"""Angles that only an exact reduction makes anything of; the last but one is next to a multiple of pi / 2."""
+
 # Expressions of two numbers, and points in their domain. A constraint must depend on a state: hence some `+ a`.
 EXPRESSIONS = {
     "constant": (lambda a, b: 2.5 + a, [(1.0, 1.0)]),
@@ -25,9 +28,9 @@ EXPRESSIONS = {
     "sq": (lambda a, b: a**2, [(1.5, 0.0), (-3.0, 0.0)]),
     "twice": (lambda a, b: 2.0 * a, [(1.5, 0.0)]),
     "sqrt": (lambda a, b: ca.sqrt(a), [(1.5, 0.0)]),
-    "sin": (lambda a, b: ca.sin(a), [(1.5, 0.0), (-200.0, 0.0)]),
-    "cos": (lambda a, b: ca.cos(a), [(1.5, 0.0), (-200.0, 0.0)]),
-    "tan": (lambda a, b: ca.tan(a), [(1.4, 0.0), (-200.0, 0.0)]),
+    "sin": (lambda a, b: ca.sin(a), [(1.5, 0.0), (-200.0, 0.0), *FAR]),
+    "cos": (lambda a, b: ca.cos(a), [(1.5, 0.0), (-200.0, 0.0), *FAR]),
+    "tan": (lambda a, b: ca.tan(a), [(1.4, 0.0), (-200.0, 0.0), *FAR]),
     "asin": (lambda a, b: ca.asin(a), [(0.4, 0.0), (-0.9, 0.0)]),
     "acos": (lambda a, b: ca.acos(a), [(0.4, 0.0), (-0.9, 0.0)]),
     "atan": (lambda a, b: ca.atan(a), [(0.4, 0.0), (-9.0, 0.0), (1e9, 0.0)]),
@@ -139,6 +142,47 @@ def test_all_operations_in_a_tailored_build(tmp_path, monkeypatch):
         expected = [exact(expression, a, b)[0] for expression in expressions]
         for controller in controllers:
             np.testing.assert_allclose(values(controller, a, b), expected, rtol=1e-13, atol=1e-300)
+
+
+ROTOR = rumo.Model(
+    states={"angle": "rad", "rate": "rad/s"},
+    inputs={"torque": "N m"},
+    dynamics=lambda x, u, p: {"angle": x.rate, "rate": u.torque - ca.sin(x.angle) * ca.cos(x.angle)},
+)
+
+
+def swing(horizon):
+    """A rotor with two equilibria a turn, wherever it has come to; the smaller of two numbers hides what is not one."""
+    return rumo.Problem(
+        ROTOR,
+        horizon=horizon,
+        sampling_time=0.05,
+        track={"rate": rumo.Weight(1.0)},
+        moves={"torque": rumo.Weight(0.1)},
+        bounds={"torque": (-3.0, 3.0)},
+        constraints={"turned": rumo.Constraint(lambda x, u, p: ca.fmin(ca.tan(x.angle), 0.5), rumo.Penalty(0.1))},
+    )
+
+
+@pytest.mark.parametrize("backend", ["portable", "tailored"])
+@pytest.mark.parametrize("horizon", [3, 20])
+@pytest.mark.parametrize("angle", [1e6 - 0.3, -1e6 + 0.2, 3.3e8, -7.1e11])
+def test_angles_of_any_size(tmp_path, monkeypatch, backend, horizon, angle):
+    """As a rotor that turns at 600 rad/s comes to within half an hour; some stages beyond 1e6 rad, and some before."""
+    monkeypatch.setenv("RUMO_CACHE", str(tmp_path))
+    if backend == "tailored" and (shutil.which("cc") is None or abs(angle) > 1e7):
+        pytest.skip("compiled once, and where there is a compiler")
+    wanted, plans = {"rate": 1.0}, []
+    for name in ("reference", backend):
+        controller = rumo.RealTimeIteration(swing(horizon), backend=name, gate=None)
+        for _ in range(3):
+            plan = controller.step([angle, 8.0], wanted)
+        plans.append(plan)
+    assert plans[1].status is plans[0].status
+    assert plans[1].status.solved
+    for part in ("u", "slacks"):
+        ours, expected = (getattr(plan, part).values for plan in (plans[1], plans[0]))
+        np.testing.assert_allclose(ours, expected, atol=1e-6 * max(1.0, abs(angle) / 1e6))
 
 
 def test_divisions_by_the_same_number_are_one():

@@ -429,6 +429,7 @@ def test_a_controller_needs_a_problem():
     ("make", "message"),
     [
         (lambda: rumo.QpOptions(max_iterations=2.5), "QpOptions.max_iterations: got 2.5, expected a whole number"),
+        (lambda: rumo.QpOptions(max_iterations=-1), "QpOptions.max_iterations: got -1, expected a whole number"),
         (lambda: rumo.QpOptions(tolerance=0.0), "QpOptions.tolerance: got 0.0, expected a positive finite number"),
         (lambda: rumo.QpOptions(tolerance=10), "QpOptions.tolerance: got 10, expected at most 0.001"),
         (

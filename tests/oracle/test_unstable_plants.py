@@ -213,6 +213,19 @@ def test_many_rows_that_give_way_take_long(solver):
     np.testing.assert_allclose(plans[1].u.values, oracle.u.values, atol=RIGHT)
 
 
+@pytest.mark.parametrize("solver", ["riccati", "condensing"])
+@pytest.mark.parametrize(("horizon", "growth"), [(100, 5), (300, 3)])
+def test_the_budget_of_iterations_grows_with_the_rows(solver, horizon, growth):
+    """As it comes, it is enough where most rows join, and some leave again."""
+    qp = rumo.QpOptions(solver=solver)
+    controller = rumo.RealTimeIteration(
+        runaway(horizon, growth), rumo.ExplicitEuler(), qp=qp, backend="portable", gate=None
+    )
+    plan = controller.step([0.5, -0.3], {"x0": -0.3, "x1": 0.3})
+    assert plan.status is rumo.Status.SOFT_VIOLATED
+    assert plan.iterations > (1000 if solver == "riccati" or horizon > 100 else 700)
+
+
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize(
     "problem",

@@ -97,7 +97,8 @@ def test_kpis_of_a_made_up_log():
         {
             "plant": (("time", "plant_state"), [[0.0, 1.0], [3.0, 4.0], [0.0, 2.0], [0.0, 1.0]]),
             "reference": (("time", "output"), np.zeros((4, 2))),
-            "step_time": ("time", [0.001, 0.002, 0.003, 2.0]),
+            "step_time": ("time", [0.001, 0.002, 1.003, 2.0]),
+            "waited_time": ("time", [0.001, 0.002, 0.003, 2.0]),  # the third was prepared in good time
             "status": ("time", ["OPTIMAL", "OPTIMAL", "BAD_MEASUREMENT", "OPTIMAL"]),
         },
         {"time": time, "plant_state": ["p_x", "p_y"], "output": ["p_x", "p_y"]},
@@ -107,7 +108,7 @@ def test_kpis_of_a_made_up_log():
     assert kpis["tracking_error_rms_m"] == pytest.approx(np.sqrt((1 + 25 + 4 + 1) / 4))
     assert kpis["tracking_error_rms_after_2s_m"] == pytest.approx(np.sqrt(2.5))
     assert kpis["tracking_error_max_after_2s_m"] == 2.0
-    assert kpis["step_time_us"]["p50"] == pytest.approx(2500.0)
+    assert kpis["step_time_us"]["p50"] == pytest.approx(502.5e3)
     assert kpis["deadline_misses"] == 1
     assert kpis["status_counts"] == {"OPTIMAL": 3, "BAD_MEASUREMENT": 1}
 

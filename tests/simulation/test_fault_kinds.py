@@ -60,7 +60,7 @@ AS_DATA = {
     "budget": (Budget(BAD),),
 }
 # Wall-clock times differ; so does what arrived, which the study's estimators spoil after it has.
-OWN = ("prepare_time", "feedback_time", "step_time", "received")
+OWN = ("prepare_time", "feedback_time", "step_time", "waited_time", "received")
 
 
 def scenario(**changes):

@@ -43,6 +43,7 @@ DIMENSIONS = {
     "prepare_time": ("time",),
     "feedback_time": ("time",),
     "step_time": ("time",),
+    "waited_time": ("time",),
 }
 SIGNALS = (
     "plant_state",
@@ -136,6 +137,7 @@ def test_status_names_a_status():
 def test_step_time_is_the_sum_of_its_phases():
     log = car_log()
     np.testing.assert_allclose(log["step_time"], log["prepare_time"] + log["feedback_time"])
+    np.testing.assert_allclose(log["waited_time"], log["step_time"])  # the loop calls for both at once
 
 
 @every_log

@@ -24,4 +24,7 @@ static inline double seconds_now(void) {
 #endif
 }
 
+/* Whether a time is over; infinite, it never is, and costs no look at the clock. */
+static inline int is_over(double end) { return end < INFINITY && seconds_now() > end; }
+
 #endif

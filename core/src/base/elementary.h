@@ -1,8 +1,8 @@
 /* Sine, cosine, tangent and arctangent without branches, so that loops over stages become vector instructions.
  *
- * Within two units in the last place where |x| < 1e6; beyond, the argument of a sine has lost its meaning for an
- * angle and the result is NaN, which makes the step a failed one. Source: Moshier, Cephes (coefficients); Cody and
- * Waite (1980) (reduction).
+ * Within two units in the last place, of an angle where |x| <= 1e6. Whoever hands over others asks is_far first, over all
+ * lanes at once, and takes the C library's functions there, which reduce any angle exactly. Source: Moshier, Cephes
+ * (coefficients); Cody and Waite (1980) (reduction).
  */
 #ifndef RUMO_ELEMENTARY_H
 #define RUMO_ELEMENTARY_H
@@ -43,11 +43,11 @@ static inline sine_cosine sine_and_cosine(double x) {
     sine_cosine result;
     result.sine = quarter == 0.0 || quarter == 0.25 ? a : -a;
     result.cosine = quarter == 0.0 || quarter == -0.25 ? b : -b;
-    const double valid = fabs(x) <= FAR_ANGLE ? 1.0 : NAN;
-    result.sine *= valid;
-    result.cosine *= valid;
     return result;
 }
+
+/* 0 for angles that sine, cosine and tangent are made for, else NaN, also for NaN: to be added up. */
+static inline double is_far(double x) { return fabs(x) <= FAR_ANGLE ? 0.0 : NAN; }
 
 static inline double sine(double x) { return sine_and_cosine(x).sine; }
 

@@ -30,7 +30,7 @@ typedef struct stage_known {
 /* What a solution may take, and how exactly limits have to hold, in units of the inputs' ranges. */
 typedef struct budget {
     int iterations;
-    double tolerance, seconds;
+    double tolerance, end; /* when it has to be there, by the clock; infinite for whenever it is */
 } budget;
 
 /* From the guess to the solution; the arrays are the caller's. */
@@ -52,8 +52,8 @@ typedef struct stage_solver {
     void (*renumber)(void *); /* the problem's numbers are others, or known for the first time */
     void (*forget)(void *);   /* nothing of former solutions helps */
     /* All that needs no measurement, with what is kept of former solutions `shift` samples on, 0 or 1; 0 if rounding leaves no
-     * solution. */
-    int (*prepare)(void *, const stage_maps *, int shift);
+     * solution, or the clock has come to `end`. */
+    int (*prepare)(void *, const stage_maps *, int shift, double end);
     /* Of what was prepared: how far the ranges of all free inputs together move each state (nx,) until the end of a stage. */
     void (*reach)(void *, int stages, double *);
     /* From the stages prepared last, once or several times: OPTIMAL; BUDGET_EXCEEDED with the best step so far, admissible

@@ -9,6 +9,7 @@
 
 #include "rumo_core.h"
 
+#include "base/clock.h"
 #include "base/dims.h"
 #include "base/lanes.h"
 #include "stages/sparse_factor.c"
@@ -197,16 +198,17 @@ static int eliminate_chunk(const rumo_elimination *order, const block_pattern *p
 #define eliminate_in_order(unit, patience, terms, result, lack) 0
 #endif
 
-/* terms (slots, lanes) to result (entries, lanes); 0 where that is not finite. */
+/* terms (slots, lanes) to result (entries, lanes); 0 where that is not finite, or if the clock comes to `end`. */
 static int eliminate(const rumo_elimination *order, const block_pattern *patterns, const double *unit,
                      const double *restrict terms, int lanes, double *restrict lack, double *restrict work,
-                     double *restrict result) {
+                     double *restrict result, double end) {
     const int tried = eliminate_in_order(unit, PATIENCE, terms, result, lack);
     int complete = tried;
     for (int first = 0; first < lanes; first += LANES) {
         int fine = tried;
         for (int k = first; fine && k < first + LANES; ++k) fine = lack[k] == 0.0;
         if (fine) continue;
+        if (is_over(end)) return 0;
         complete = 0;
         eliminate_chunk(order, patterns, unit, terms + first, lanes, work, result + first);
     }
@@ -214,15 +216,16 @@ static int eliminate(const rumo_elimination *order, const block_pattern *pattern
 }
 
 /* Units in which the rows of each block compare: powers of two that balance |M| over all stages, so that pivots
- * do not depend on the units of the unknowns. Source: Osborne (1960). */
-RARE static void balance(const rumo_elimination *order, const rumo_pattern *M, const double *terms, int lanes, int unknowns,
-                         int *block_of, double *unit) {
+ * do not depend on the units of the unknowns; 0 if the clock comes to `end` before. Source: Osborne (1960). */
+RARE static int balance(const rumo_elimination *order, const rumo_pattern *M, const double *terms, int lanes, int unknowns,
+                        int *block_of, double *unit, double end) {
     const int *member = order->unknowns;
     for (int b = 0; b < order->blocks; ++b)
         for (int i = 0; i < order->size[b]; ++i) block_of[*member++] = b;
     for (int r = 0; r < unknowns; ++r) unit[r] = 1.0;
     for (int sweep = 0; sweep < 4; ++sweep)
         for (int r = 0; r < unknowns; ++r) {
+            if (is_over(end)) return 0;
             double in_row = 0.0, in_column = 0.0;
             for (int e = 0; e < M->count; ++e) {
                 const int i = M->row[e], j = M->column[e];
@@ -240,6 +243,7 @@ RARE static void balance(const rumo_elimination *order, const rumo_pattern *M, c
                 unit[r] = ldexp(unit[r], exponent);
             }
         }
+    return 1;
 }
 
 #endif

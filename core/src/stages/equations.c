@@ -7,6 +7,7 @@
 #ifndef RUMO_EQUATIONS_C
 #define RUMO_EQUATIONS_C
 
+#include "base/clock.h"
 #include "base/dims.h"
 #include "stages/sparse_factor.c"
 
@@ -148,14 +149,16 @@ RARE static int is_refined(const equations *q, const double *numbers) {
 }
 
 /* Factor a substep's M in all stages, from its terms (slots, lanes). correction (nw, lanes) becomes M^-1 (A0 dx + defect),
- * not refined, dx being its first rows; 0 for the first substep. Returns 0 if some stage has no solution to be trusted. */
-static OUTSIDE int factor_equations(equations *q, const double *terms, int substep, double *correction) {
+ * not refined, dx being its first rows; 0 for the first substep. Returns 0 if some stage has no solution to be trusted, or if
+ * the clock comes to `end`. */
+static OUTSIDE int factor_equations(equations *q, const double *terms, int substep, double *correction, double end) {
     const rumo_problem *p = q->problem;
     const rumo_factor *f = &p->factor;
     const dims s = dims_of(&p->sizes);
     const int nw = f->unknowns;
     const int firsts[] = {p->A0.first, p->B.first, p->defect_first}, counts[] = {p->A0.count, p->B.count, nw};
     for (int first = 0; first < s.lanes; first += LANES) {
+        if (is_over(end)) return 0;
         const double *from = terms + first;
         double *const M = q->lanes + q->M * LANES, *to = M;
         for (int e = 0; e < f->outer + f->inner; ++e, to += LANES)

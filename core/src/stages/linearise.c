@@ -3,6 +3,7 @@
 #define RUMO_LINEARISE_C
 
 #include "base/blocks.h"
+#include "base/clock.h"
 #include "stages/compose.c"
 #include "stages/eliminate.c"
 #include "stages/inner.c"
@@ -40,14 +41,15 @@ static void load_guess(stage_maps *m) {
 }
 
 /* Linearise all stages at the guess: model, constraints and derivatives, and the unknowns eliminated. `last` is the input
- * before the first free one. 0 if that gives no numbers. */
-APART static int linearise(stage_maps *m, const double *last) {
+ * before the first free one. 0 if that gives no numbers, or if the clock comes to `end` before. */
+APART static int linearise(stage_maps *m, const double *last, double end) {
     const rumo_problem *p = m->problem;
     const dims s = dims_of(&p->sizes);
     copy(m->guess_last, last, s.nu);
     hold_guess(m, last);
     load_guess(m);
     for (int j = 0; j < s.m; ++j) {
+        if (is_over(end)) return 0;
         const guess_lanes in = at_substep(m, j);
         double *result = results_of(m, j);
         double *inside = m->terms + (ptrdiff_t)p->defect_first * s.lanes;
@@ -61,14 +63,12 @@ APART static int linearise(stage_maps *m, const double *last) {
             zero(inside, s.nx * s.lanes); /* it is where the next substep begins */
         }
         if (is_wide(m)) {
-            if (!factor_equations(&m->equations, m->terms, j, m->correction)) return 0;
+            if (!factor_equations(&m->equations, m->terms, j, m->correction, end)) return 0;
             continue;
         }
-        if (!m->balanced) {
-            balance(&p->elimination, &p->M, m->terms, s.lanes, s.nw, m->block_of, m->unit);
-            m->balanced = 1;
-        }
-        if (!eliminate(&p->elimination, m->patterns, m->unit, m->terms, s.lanes, m->lack, m->work, result)) return 0;
+        if (!m->balanced)
+            m->balanced = balance(&p->elimination, &p->M, m->terms, s.lanes, s.nw, m->block_of, m->unit, end);
+        if (!eliminate(&p->elimination, m->patterns, m->unit, m->terms, s.lanes, m->lack, m->work, result, end)) return 0;
         if (s.m == 1) break;
         if (j == 0) {
             start_composition(&p->composition, result, s.lanes, m->maps);

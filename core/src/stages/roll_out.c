@@ -24,12 +24,12 @@ static double largest_defect(const stage_maps *m) {
 
 /* Solve the dynamics from the guess's first state with its inputs, and linearise there; 0 if that comes to nothing, and the
  * guess is nothing to go by then. For working: dx ((N + 1) ldx,), du (N nu,) and inner (ni, lanes). */
-RARE static int roll_out(stage_maps *m, const double *last, double *dx, double *du, double *inner) {
+RARE static int roll_out(stage_maps *m, const double *last, double *dx, double *du, double *inner, double end) {
     const dims *s = &m->s;
     zero(du, s->N * s->nu);
     zero(dx, s->ldx);
     for (int sweep = 0; sweep < SWEEPS; ++sweep) {
-        if (!linearise(m, last)) return 0;
+        if (!linearise(m, last, end)) return 0;
         if (largest_defect(m) <= ROLLED_OUT) return 1;
         for (int k = 0; k < s->N; ++k) advance_guess_stage(m, k, dx + (ptrdiff_t)k * s->ldx, dx + (ptrdiff_t)(k + 1) * s->ldx);
         expand_inner(m, dx, du, inner);

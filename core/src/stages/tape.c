@@ -50,9 +50,16 @@ static inline void copy_lanes(double *to, const double *from, int width) {
 
 static inline double sign_of(double a) { return a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a; }
 
-/* The sum of 0 x over all outputs: not 0 where one of them is not finite. */
+/* A function of an angle: of any angle, or of those that are not far, else what comes of it is not 0. */
+#define ANGLES(any, near)                      \
+    if (far) {                                 \
+        EACH(any);                             \
+    }                                          \
+    EACH((odd[j + l] += is_far(a), near))
+
+/* The sum of 0 x over all outputs: not 0 where one of them is not finite, or where angles are far but not expected to be. */
 static inline double run_chunk(const rumo_tape *tape, const guess_lanes *in, int first, const int width, int lanes,
-                               double *restrict registers, double *restrict terms) {
+                               double *restrict registers, double *restrict terms, const int far) {
     const int *code = tape->code, *const end = code + 4 * (ptrdiff_t)tape->length;
     double odd[CHUNK] = {0.0};
     while (code < end) {
@@ -84,9 +91,9 @@ static inline double run_chunk(const rumo_tape *tape, const guess_lanes *in, int
         case RUMO_SQ: EACH(a * a);
         case RUMO_TWICE: EACH(2.0 * a);
         case RUMO_SQRT: EACH(sqrt(a));
-        case RUMO_SIN: EACH(sine(a));
-        case RUMO_COS: EACH(cosine(a));
-        case RUMO_TAN: EACH(tangent(a));
+        case RUMO_SIN: ANGLES(sin(a), sine(a));
+        case RUMO_COS: ANGLES(cos(a), cosine(a));
+        case RUMO_TAN: ANGLES(tan(a), tangent(a));
         case RUMO_ASIN: EACH(asin(a));
         case RUMO_ACOS: EACH(acos(a));
         case RUMO_ATAN: EACH(arctangent(a));
@@ -126,15 +133,23 @@ static inline double run_chunk(const rumo_tape *tape, const guess_lanes *in, int
     return sum_of_lanes(odd) + sum_of_lanes(odd + LANES);
 }
 
+#undef ANGLES
 #undef EACH
+
+/* As evaluate, for angles of any size. */
+RARE static int evaluate_far(const rumo_tape *tape, const guess_lanes *in, int lanes, double *registers, double *terms) {
+    double odd = 0.0;
+    for (int first = 0; first < lanes; first += LANES) odd += run_chunk(tape, in, first, LANES, lanes, registers, terms, 1);
+    return odd == 0.0;
+}
 
 /* Whether all that it computes is finite. */
 static int evaluate(const rumo_tape *tape, const guess_lanes *in, int lanes, double *registers, double *terms) {
     int first = 0;
     double odd = 0.0;
-    for (; first + CHUNK <= lanes; first += CHUNK) odd += run_chunk(tape, in, first, CHUNK, lanes, registers, terms);
-    if (first < lanes) odd += run_chunk(tape, in, first, LANES, lanes, registers, terms);
-    return odd == 0.0;
+    for (; first + CHUNK <= lanes; first += CHUNK) odd += run_chunk(tape, in, first, CHUNK, lanes, registers, terms, 0);
+    if (first < lanes) odd += run_chunk(tape, in, first, LANES, lanes, registers, terms, 0);
+    return odd == 0.0 || evaluate_far(tape, in, lanes, registers, terms);
 }
 
 #define evaluate_inner evaluate

@@ -29,7 +29,8 @@ class Explanation:
     Attributes
     ----------
     stiffness : ndarray, shape (N,)
-        Largest |lambda| dt of each interval, lambda the eigenvalues of the model at its end; NaN without a prediction.
+        Largest |lambda| dt of each interval, lambda the eigenvalues of the model at its end; NaN without a prediction,
+        and where the model has no value.
     active : dict of str to list of int
         Limits that the plan keeps to exactly, and at which stages.
     violated : dict of str to list of int
@@ -57,12 +58,7 @@ def explain(plan: Plan, scheme: Discretization) -> Explanation:
     violated = _stages((violation.constraint, violation.stage) for violation in plan.violations)
     sentences = [f"Outcome: {outcome}"]
     if predicted:
-        stage = int(np.argmax(stiffness)) + 1
-        needed = max(int(np.ceil(stiffness.max() / RK4_LIMIT)), 1)
-        sentences.append(
-            f"Stiffness: |lambda| dt is up to {stiffness.max():.2g}, at stage {stage}; RK4 would need {needed} "
-            f"{'steps' if needed > 1 else 'step'} in that interval, {type(scheme).__name__} takes {scheme.substeps}."
-        )
+        sentences += _stiffest(stiffness, scheme)
         sentences.append(_integration(plan, scheme))
     if plan.conflict:
         sentences.append(f"In conflict: {'; '.join(plan.conflict)}.")
@@ -102,6 +98,25 @@ def _stiffness(plan: Plan) -> Array:
     problem = plan.problem
     variables = np.hstack([plan.x.values[1:], plan.z.values])
     return np.abs(eigenvalues(problem.model, variables, plan.u.values, problem.parameters)).max(axis=1) * problem.steps
+
+
+def _stiffest(stiffness: Array, scheme: Discretization) -> list[str]:
+    """Where the prediction is stiffest, and where the model has no value."""
+    sentences, known = [], np.isfinite(stiffness)
+    if known.any():
+        stage = int(np.nanargmax(stiffness)) + 1
+        needed = max(int(np.ceil(stiffness[stage - 1] / RK4_LIMIT)), 1)
+        sentences.append(
+            f"Stiffness: |lambda| dt is up to {stiffness[stage - 1]:.2g}, at stage {stage}; RK4 would need {needed} "
+            f"{'steps' if needed > 1 else 'step'} in that interval, {type(scheme).__name__} takes {scheme.substeps}."
+        )
+    if not known.all():
+        where = _ranges((np.flatnonzero(~known) + 1).tolist())
+        sentences.append(
+            f"No value: the model or its derivatives give no finite numbers at the states predicted for {where}; look "
+            "for a division by zero, a root or a logarithm there."
+        )
+    return sentences
 
 
 def _active(plan: Plan) -> Iterator[tuple[str, int]]:

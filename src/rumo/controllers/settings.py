@@ -43,6 +43,9 @@ SOLVERS = ("auto", "riccati", "condensing")
 COARSEST = 1e-3
 """Tolerance of constraints; beyond, hard limits would give way."""
 
+MOST_ITERATIONS, ITERATIONS_EACH = 1000, 10
+"""Of a QP's working set, and so many more for each row."""
+
 
 @dataclass(frozen=True)
 class QpOptions:
@@ -50,15 +53,18 @@ class QpOptions:
 
     Parameters
     ----------
-    max_iterations : int
+    max_iterations : int, optional
         Changes of the working set in the C core, interior-point iterations of the reference, which takes 200 at most
-        and does not count Newton's steps after them; needing more is `Status.BUDGET_EXCEEDED`.
+        and does not count Newton's steps after them; needing more is `Status.BUDGET_EXCEEDED`. If not given, 1000 and
+        10 for each row: bounds and moves of each free input, and constraints at each stage.
     tolerance : float
         Accuracy of constraints (C core), or of the interior point that Newton's method starts from (reference), in
         units of the ranges; at most 0.001.
     time_limit : float
-        For a QP [s], in the C core only; reaching it is `Status.BUDGET_EXCEEDED`. A finite limit makes results depend
-        on the machine.
+        For a step [s], from the call of `step` on, or of `feedback` where `prepare` was called before, which takes as
+        long as it takes. Reaching it is `Status.BUDGET_EXCEEDED`, with what there is by then, or the plan before. The C
+        core looks at the clock at each stage and iteration, controllers in Python before each QP. A finite limit makes
+        results depend on the machine.
     solver : str
         How the C core goes about the horizon: "riccati" keeps the states and takes time linear in the number of
         intervals; "condensing" eliminates them; "auto" condenses where a horizon has no more free inputs than the
@@ -66,7 +72,7 @@ class QpOptions:
         Chosen when a controller is made; later on, "auto" is what was chosen then. In the core only.
     """
 
-    max_iterations: int = 1000
+    max_iterations: int | None = None
     tolerance: float = 1e-10
     time_limit: float = np.inf
     solver: Literal["auto", "riccati", "condensing"] = "auto"
@@ -74,13 +80,18 @@ class QpOptions:
     def __post_init__(self) -> None:
         if self.solver not in SOLVERS:
             raise ArgumentError("QpOptions.solver", repr(self.solver), " or ".join(map(repr, SOLVERS)))
-        whole_number(self.max_iterations, "QpOptions.max_iterations", 0)
+        if self.max_iterations is not None:
+            whole_number(self.max_iterations, "QpOptions.max_iterations", 0)
         if positive_number(self.tolerance, "QpOptions.tolerance") > COARSEST:
             raise ArgumentError(
                 "QpOptions.tolerance", repr(self.tolerance), f"at most {COARSEST}, a share of the ranges"
             )
         if self.time_limit != np.inf:
             positive_number(self.time_limit, "QpOptions.time_limit")
+
+    def iterations(self, rows: int) -> int:
+        """`max_iterations` of a program with so many rows."""
+        return MOST_ITERATIONS + ITERATIONS_EACH * rows if self.max_iterations is None else self.max_iterations
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,11 +21,14 @@ PRECISION = 1e-7
 def eigenvalues(model: Model, xz: Array, u: Array, p: Array) -> np.ndarray:
     """Eigenvalues lambda [1/s] of a model's Jacobian (n, nx), complex, algebraic variables eliminated.
 
-    At states and algebraic variables (n, nx + nz), inputs (n, nu), parameters (n, np_) or (np_,).
+    At states and algebraic variables (n, nx + nz), inputs (n, nu), parameters (n, np_) or (np_,); NaN where the model
+    or its derivatives have no value.
     """
     jacobian, parameters = model.jacobian(), np.broadcast_to(p, (len(xz), len(model.parameters)))
     points = zip(xz, u, parameters, strict=True)
-    return np.array([np.linalg.eigvals(jacobian(*point).full()) for point in points], dtype=complex)
+    matrices = (jacobian(*point).full() for point in points)
+    nothing = np.full(len(model.states), np.nan)
+    return np.array([np.linalg.eigvals(A) if np.isfinite(A).all() else nothing for A in matrices], dtype=complex)
 
 
 def stability_function(scheme: Discretization, products: Sequence[complex]) -> np.ndarray:

@@ -18,7 +18,7 @@ class Settings:
     settling_iterations, trusted_step
         Further iterations where the first step is not to be trusted: where it is longer than this share of a range. If
         that is infinite, steps are not judged.
-    qp_iterations, qp_tolerance, qp_seconds
+    qp_iterations, qp_tolerance, seconds
         Changes of the working set, accuracy of a row in units of the ranges, time.
     gate_width, gate_patience
         Of the innovation gate; an infinite width is no gate.
@@ -31,6 +31,6 @@ class Settings:
     trusted_step: float = np.inf
     qp_iterations: int = 1000
     qp_tolerance: float = 1e-10
-    qp_seconds: float = np.inf
+    seconds: float = np.inf
     gate_width: float = np.inf
     gate_patience: int = 8

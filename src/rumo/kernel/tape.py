@@ -87,6 +87,9 @@ _C = {
 }
 """Operations that are not a function of the C library of the same name."""
 
+_ANGLES = ("sin", "cos", "tan")
+"""Those of angles, whose functions in C are made for angles up to a limit: see elementary.h."""
+
 _OF_TWO = ("atan2", "pow", "hypot", "copysign", "fmod", "fmin", "fmax")
 
 
@@ -115,23 +118,36 @@ class Tape:
 
     def source(self, name: str, horizon: int) -> str:
         """A function like `evaluate` of tape.c in C, for all stages, written so that it becomes vector instructions."""
+        angles = any(OPERATIONS[operation] in _ANGLES for operation in self.code[:, 0].tolist())
+        if not angles:
+            return self._function(name, horizon, "static", "sum == 0.0")
+        far = self._function(f"{name}_far", horizon, "RARE static", "sum == 0.0", far=True)
+        otherwise = f"sum == 0.0 || {name}_far(tape, in, lanes, unused, terms)"
+        return far + self._function(name, horizon, "static", otherwise)
+
+    def _function(self, name: str, horizon: int, kind: str, result: str, *, far: bool = False) -> str:
+        """The function, for angles of any size or for those that are not far, which it adds up to a `sum` of 0."""
         lines: list[str] = []
         outputs = 0
-        for (operation, result, a, b), constant in zip(self.code.tolist(), self.constants.tolist(), strict=True):
+        for (operation, register, a, b), constant in zip(self.code.tolist(), self.constants.tolist(), strict=True):
             what = OPERATIONS[operation]
             if what == "output":
-                lines.append(f"terms[{result} * LANES_ALL + k] = r{a};")
+                lines.append(f"terms[{register} * LANES_ALL + k] = r{a};")
                 lines.append(f"odd{outputs % 4} += 0.0 * r{a};")  # sums that do not wait for each other
                 outputs += 1
                 continue
             if what == "constant":
                 value = constant.hex() if np.isfinite(constant) else f"({constant!r})".replace("inf", "INFINITY")
-                lines.append(f"r{result} = {value.replace('nan', 'NAN')};")
+                lines.append(f"r{register} = {value.replace('nan', 'NAN')};")
             elif what == "input":
-                lines.append(f"r{result} = {'zxupe'[a]}[{b} * {'zxupe'[a]}_stride + k];")
+                lines.append(f"r{register} = {'zxupe'[a]}[{b} * {'zxupe'[a]}_stride + k];")
+            elif far and what in _ANGLES:
+                lines.append(f"r{register} = {what}(r{a});")
             else:
+                if what in _ANGLES:
+                    lines.append(f"odd{a % 4} += is_far(r{a});")
                 form = _C.get(what, f"{what}({{a}}, {{b}})" if what in _OF_TWO else f"{what}({{a}})")
-                lines.append(f"r{result} = {form.format(a=f'r{a}', b=f'r{b}')};")
+                lines.append(f"r{register} = {form.format(a=f'r{a}', b=f'r{b}')};")
         lines.insert(0, "double odd0 = 0.0, odd1 = 0.0, odd2 = 0.0, odd3 = 0.0;")
         if self.registers:
             lines.insert(0, f"double {', '.join(f'r{i}' for i in range(self.registers))};")
@@ -143,7 +159,7 @@ class Tape:
         unused = ", ".join(f"(void){symbol}, (void){symbol}_stride" for symbol in "zxupe")
         body = "\n        ".join(lines)
         return f"""\
-static int {name}(const rumo_tape *tape, const guess_lanes *in, int lanes, double *unused, double *restrict terms) {{
+{kind} int {name}(const rumo_tape *tape, const guess_lanes *in, int lanes, double *unused, double *restrict terms) {{
     enum {{ LANES_ALL = ({horizon} + LANES - 1) / LANES * LANES }};
     {arguments}
     double odd[LANES_ALL], sum = 0.0;
@@ -152,6 +168,6 @@ static int {name}(const rumo_tape *tape, const guess_lanes *in, int lanes, doubl
         {body}
     }}
     for (int k = 0; k < LANES_ALL; ++k) sum += odd[k];
-    return sum == 0.0;
+    return {result};
 }}
 """

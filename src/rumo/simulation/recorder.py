@@ -267,6 +267,7 @@ def _of_plan(plan: Plan | None) -> dict[str, Any]:
         "prepare_time": plan.timings.prepare,
         "feedback_time": plan.timings.feedback,
         "step_time": plan.timings.total,
+        "waited_time": plan.timings.waited,
     }
 
 

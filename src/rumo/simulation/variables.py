@@ -30,6 +30,6 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "parameters": (("interval", "model_parameter"), "parameters of the controller's model, as it believes"),
 }
 """Dimensions after time, and meaning."""
-TIMES = ("prepare_time", "feedback_time", "step_time")
+TIMES = ("prepare_time", "feedback_time", "step_time", "waited_time")
 OTHERS = ("plant", "disturbance", "received", "parameters", "estimated_deviation", "true_states", "true_outputs")
 """What loops may know besides."""

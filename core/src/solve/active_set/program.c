@@ -135,18 +135,19 @@ static rumo_qp_result solve_program(const rumo_qp_data *data, const rumo_setting
     qp *q = &p->m.q;
     double start = seconds_now();
     copy_data(p, data);
-    const budget limits = {settings->qp_iterations, settings->qp_tolerance, settings->qp_seconds};
-    const int impossible = crossed(q, limits.tolerance);
+    const int impossible = crossed(q, settings->qp_tolerance);
     if (impossible >= 0) {
         result.conflicts = 1;
         *conflict = impossible;
         return result;
     }
-    const double share = factorize(n, q->ld, p->hessian, p->factor, p->inverse, p->transpose);
+    const double share = factorize(n, q->ld, p->hessian, p->factor, p->inverse, p->transpose, INFINITY);
     result.factor_seconds = seconds_now() - start;
     if (share == 0.0) return result;
     set_fine(q, share, longest_row(n, q->ld, p->transpose));
     start = seconds_now();
+    const budget limits = {settings->qp_iterations, settings->qp_tolerance, start + settings->seconds};
+    q->end = limits.end;
     renew_members(q, as_it_is);
     watch_members(q);
     result.status = solve_qp(q, &limits);

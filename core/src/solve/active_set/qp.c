@@ -275,19 +275,27 @@ RARE static rumo_status give_up(qp *q) {
     return q->conflicts ? RUMO_SOLVER_FAILED : RUMO_ILL_CONDITIONED;
 }
 
+/* Nothing is left to change. */
+static rumo_status conclude_qp(qp *q) {
+    if (!all_finite(q->value, q->rows)) return give_up(q);
+    if (is_trusted(q)) return RUMO_OPTIMAL;
+    return is_over(q->end) ? RUMO_BUDGET_EXCEEDED : RUMO_ILL_CONDITIONED; /* refinement may have lacked time */
+}
+
 /* Solve from the present working set, whose multipliers are within their ranges. The minimiser is in q->w, and evaluated;
  * where the budget ends early, it is the one of the last working set. */
 static rumo_status solve_qp(qp *q, const budget *limits) {
-    const double end = isfinite(limits->seconds) ? seconds_now() + limits->seconds : INFINITY;
     int stalled = 0, fresh = 0;
     double gained = 0.0;
     q->tolerance = limits->tolerance;
+    q->end = limits->end;
     q->iterations = q->conflicts = 0;
     start_warm(q);
     for (;;) {
         const int first = stalled > 2 * q->count + 20; /* lowest index first: no cycles */
         double gain = 0.0;
         obstacle found = {-1, -1, 0};
+        if (is_over(q->end)) break;
         if (q->pending) {
             if (extend(q, q->count)) {
                 ++q->count;
@@ -304,12 +312,9 @@ static rumo_status solve_qp(qp *q, const budget *limits) {
                 fresh = 1;
                 continue;
             }
-            if (found.row < 0 && found.member < 0) break;
+            if (found.row < 0 && found.member < 0) return conclude_qp(q);
         }
-        if (q->iterations >= limits->iterations || (isfinite(end) && seconds_now() > end)) {
-            evaluate_at_w(q);
-            return RUMO_BUDGET_EXCEEDED;
-        }
+        if (q->iterations >= limits->iterations) break;
         ++q->iterations;
         mend(q, &found);
         fresh = 0;
@@ -321,8 +326,8 @@ static rumo_status solve_qp(qp *q, const budget *limits) {
         stalled = gain > 1e-14 * gained ? 0 : stalled + 1;
         gained += gain;
     }
-    if (!all_finite(q->value, q->rows)) return give_up(q);
-    return is_trusted(q) ? RUMO_OPTIMAL : RUMO_ILL_CONDITIONED;
+    evaluate_at_w(q);
+    return RUMO_BUDGET_EXCEEDED;
 }
 
 #endif

@@ -64,7 +64,7 @@ static inline void set_fine(qp *q, double share, double stretch) {
 /* Refine until there is nothing left to gain. */
 static void polish(qp *q) {
     q->kkt_residual = refine(q);
-    for (int i = 0; i < MOST_STEPS && q->last_step > 0.0; ++i) {
+    for (int i = 0; i < MOST_STEPS && q->last_step > 0.0 && !is_over(q->end); ++i) {
         const double residual = q->kkt_residual, step = q->last_step;
         q->kkt_residual = refine(q);
         if (!(q->kkt_residual < 0.9 * residual || q->last_step < 0.5 * step)) break;

@@ -11,6 +11,7 @@
 #include "rumo_core.h"
 
 #include "base/arena.h"
+#include "base/clock.h"
 #include "base/lanes.h"
 
 typedef enum row_state {
@@ -80,6 +81,7 @@ typedef struct qp {
     double tolerance;      /* of a row, in units of v */
     double kkt_residual, last_step; /* of the solution; how far refinement moved it: see refinement.c */
     int iterations;
+    double end;            /* of the time there is, by the clock */
 } qp;
 
 /* Members whose m and L are kept where they can do without. */

@@ -96,8 +96,11 @@ static int next_dependent(qp *q, int position) {
         int weakest;
         return condition_members(q, q->count, &weakest) > NO_SHARE ? -1 : weakest;
     }
-    while (position < q->count && extend(q, position)) ++position;
-    return position < q->count ? position : -1;
+    for (; position < q->count; ++position) {
+        if (is_over(q->end)) return -1; /* no one will ask for the factors */
+        if (!extend(q, position)) return position;
+    }
+    return -1;
 }
 
 /* Factor the rows from a position on again. One that now depends on the others waits to join; if another waits
@@ -148,7 +151,7 @@ static void take_over(qp *q, int row, row_state state, double mu) {
 
 /* Factor what is not kept, without rows that depend on others. */
 static void drop_dependent(qp *q) {
-    for (int i; (i = next_dependent(q, 0)) >= 0;) {
+    for (int i; !is_over(q->end) && (i = next_dependent(q, 0)) >= 0;) {
         release(q, i, 0.0);
         watch(q, q->member[i], INACTIVE);
         drop(q, i);
@@ -156,7 +159,7 @@ static void drop_dependent(qp *q) {
 }
 
 /* Take the working set over to other rows, where `becomes` says what a row is there, -1 for nothing and never more than it
- * was, as far as they are independent. Limits may still change: see watch_members. */
+ * was, as far as they are independent, and as far as there is time. Limits may still change: see watch_members. */
 static void renew_members(qp *q, int (*becomes)(const qp *, int row)) {
     const int members = q->count;
     int *restrict row = q->conflict, *restrict state = q->scratch;
@@ -175,7 +178,7 @@ static void renew_members(qp *q, int (*becomes)(const qp *, int row)) {
         ++q->saturated;
     }
     q->count = q->pending = q->settled = q->delicate = 0;
-    for (int i = 0; i < members; ++i) {
+    for (int i = 0; i < members && !is_over(q->end); ++i) {
         const int moved_to = becomes(q, row[i]);
         if (moved_to < 0) continue;
         if (q->kept) {

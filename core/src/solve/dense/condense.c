@@ -8,6 +8,7 @@
 #ifndef RUMO_CONDENSE_C
 #define RUMO_CONDENSE_C
 
+#include "base/clock.h"
 #include "base/lanes.h"
 #include "base/dims.h"
 #include "stages/equations.c"
@@ -96,10 +97,11 @@ static inline double sum_of_sizes(const double *x, int length) {
     return sum_of_lanes(s);
 }
 
-/* dx and dz over v, stage by stage, from the sparse rows of A and B. */
+/* dx and dz over v, stage by stage, from the sparse rows of A and B, until the clock comes to `end`. */
 static void respond(const dims *s, const sparse *map, const int *end_of_A, const double *restrict maps,
-                    const double *input_scales, condensed *h) {
+                    const double *input_scales, double end, condensed *h) {
     for (int k = s->d; k < s->N; ++k) {
+        if (is_over(end)) return;
         double *now = h->response + (ptrdiff_t)k * s->rows * s->ld;
         const int before = padded(inputs_at(s, &h->held, k - 1)), length = padded(inputs_at(s, &h->held, k));
         for (int r = 0; r < s->rows; ++r) {
@@ -117,14 +119,14 @@ static void respond(const dims *s, const sparse *map, const int *end_of_A, const
 }
 
 /* The same from the equations of wide models. */
-static void respond_widely(const equations *q, const double *input_scales, condensed *h) {
+static void respond_widely(const equations *q, const double *input_scales, double end, condensed *h) {
     const dims *s = &q->s;
     const rumo_pattern *B = &q->problem->B;
     for (int k = s->d; k < s->N; ++k) {
         double *now = h->response + (ptrdiff_t)k * s->rows * s->ld;
         const double *before = k > s->d ? now - (ptrdiff_t)s->rows * s->ld : NULL;
         const int length = padded(inputs_at(s, &h->held, k));
-        for (int j = 0; j < s->m; ++j) {
+        for (int j = 0; j < s->m && !is_over(end); ++j) {
             const double *numbers = numbers_of(q, k, j) + q->B;
             const int rows = j + 1 == s->m ? s->rows : s->nx;
             zero(h->right, s->nw * s->ld);
@@ -143,10 +145,11 @@ static void reach_of(const dims *s, const condensed *h, int stages, double *rest
     for (int r = 0; r < s->nx; ++r) reach[r] = sum_of_sizes(last + r * s->ld, length);
 }
 
-/* Upper triangle of the Gauss-Newton Hessian: outputs' outputs, and the band of the input increments. */
-static void add_up_hessian(const dims *s, const double *restrict move_weights, const double *input_scales,
+/* Upper triangle of the Gauss-Newton Hessian: outputs' outputs, and the band of the input increments; until the clock comes to
+ * `end`. */
+static void add_up_hessian(const dims *s, const double *restrict move_weights, const double *input_scales, double end,
                            condensed *h) {
-    for (int i = 0; i < s->n; i += ROWS)
+    for (int i = 0; i < s->n && !is_over(end); i += ROWS)
         for (int j = i / LANES * LANES; j < s->ld; j += LANES) {
             double block[ROWS][LANES] = {{0.0}};
             /* Column j and those after it are zero before the stage of input j. */

@@ -2,6 +2,7 @@
 #ifndef RUMO_FACTORISE_C
 #define RUMO_FACTORISE_C
 
+#include "base/clock.h"
 #include "base/lanes.h"
 
 enum { ROWS = 4 }; /* rows of a matrix that are worked on together, so that what they need is loaded once */
@@ -15,11 +16,12 @@ static inline void subtract_rows(double block[ROWS][LANES], const double *restri
 }
 
 /* Cholesky factor U of a Hessian (upper triangle given), the inverse of U' and its transpose. Returns the least share of a
- * curvature that those of the variables before leave, 0 if it is not definite. */
+ * curvature that those of the variables before leave, 0 if it is not definite, or if the clock comes to `end`. */
 static double factorize(int n, int ld, const double *restrict hessian, double *restrict factor, double *restrict inverse,
-                     double *restrict transpose) {
+                     double *restrict transpose, double end) {
     double least = 1.0;
     for (int first = 0; first < n; first += ROWS) {
+        if (is_over(end)) return 0.0;
         const int rows = n - first < ROWS ? n - first : ROWS, start = first / LANES * LANES;
         for (int j = start; j < ld; j += LANES) {
             double block[ROWS][LANES] = {{0.0}};

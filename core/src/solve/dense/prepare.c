@@ -35,19 +35,21 @@ static int dense_becomes(const qp *q, int row) {
 }
 
 /* Condense, factor, and take over the working set of the step before, `shift` stages on. */
-OUTSIDE static int dense_prepare(void *self, const stage_maps *m, int shift) {
+OUTSIDE static int dense_prepare(void *self, const stage_maps *m, int shift, double end) {
     dense *const d = (dense *)self;
     const rumo_problem *p = d->problem;
     const dims s = dims_of(&p->sizes);
     const double *scales = p->numbers.input_scales;
     condensed *const h = &d->condensed;
     if (is_wide(m)) {
-        respond_widely(&m->equations, scales, h);
+        respond_widely(&m->equations, scales, end, h);
     } else {
         spread(&s, &m->map, m->map_row, m->maps, h->stages);
-        respond(&s, &m->map, m->end_of_A, m->maps, scales, h);
+        respond(&s, &m->map, m->end_of_A, m->maps, scales, end, h);
     }
+    d->p.q.end = end;
     for (int k = s.d; k < s.N; ++k) {
+        if (is_over(end)) return 0;
         const int length = padded(inputs_at(&s, &h->held, k));
         for (int i = k * s.ny; i < (k + 1) * s.ny; ++i)
             measure(&s, h, m->terms, k, i - k * s.ny, &m->Cx, &m->Cu, h->root_weights[i], scales,
@@ -61,15 +63,15 @@ OUTSIDE static int dense_prepare(void *self, const stage_maps *m, int shift) {
                 d->imposed_now[i] ? 1.0 / unit_of_row(norm, p->numbers.constraint_scales[i - k * s.nc]) : 0.0;
         }
     }
-    add_up_hessian(&s, p->numbers.move_weights, scales, h);
-    const double share = factorize(s.n, s.ld, h->hessian, h->factor, h->inverse, h->transpose);
+    add_up_hessian(&s, p->numbers.move_weights, scales, end, h);
+    const double share = factorize(s.n, s.ld, h->hessian, h->factor, h->inverse, h->transpose, end);
     if (share == 0.0) return 0;
     set_fine(&d->p.q, share, longest_row(s.n, s.ld, h->transpose));
     d->p.q.span = 0.0;
     for (int i = 0; i < s.n; ++i) d->p.q.span += h->hessian[(ptrdiff_t)i * s.ld + i];
     d->shift = shift && unblocked(&s) && p->shift.same_rows;
     renew_members(&d->p.q, dense_becomes);
-    return 1;
+    return !is_over(end);
 }
 
 static void dense_reach(void *self, int stages, double *reach) {

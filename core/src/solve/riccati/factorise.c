@@ -157,7 +157,7 @@ static int factorise_stage(riccati *r, int k) {
     return 1;
 }
 
-/* All stages; 0 if not definite. */
+/* All stages; 0 if not definite, or if there is no time for them. */
 static int factorise_stages(riccati *r) {
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
@@ -168,7 +168,7 @@ static int factorise_stages(riccati *r) {
     add_stage_cost(r, s.N - 1, r->P);
     mirror_lower(r->P, p.zeta, p.ld);
     for (int k = s.N - 1; k >= s.d; --k)
-        if (!factorise_stage(r, k)) return 0;
+        if (is_over(r->q.end) || !factorise_stage(r, k)) return 0;
     set_fine(&r->q, 1.0, largest_size(r->roots, padded(s.N * s.nu * s.nu)));
     return 1;
 }

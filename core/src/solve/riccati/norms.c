@@ -21,7 +21,7 @@ static WITHIN void advance_covariance(riccati *r, const dims *s, const layout *p
     if (begin) product(fresh, 1, p->ld, p->zeta, fresh, p->ld, s->nu, r->covariance, in_fours(p->zeta), what_is_there);
 }
 
-/* Refresh the weights of constraints at the next `count` stages, round and round. */
+/* Refresh the weights of constraints at the next `count` stages, round and round, or at fewer if there is no time for them. */
 static void refresh_norms(riccati *r, int count) {
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
@@ -32,6 +32,7 @@ static void refresh_norms(riccati *r, int count) {
             r->norms_at = s.d;
             zero(r->covariance, p.zeta * p.ld);
         }
+        if (is_over(r->q.end)) break;
         const int k = r->norms_at++;
         advance_covariance(r, &s, &p, k);
         for (int i = 0; i < s.nc; ++i) {

@@ -82,19 +82,20 @@ RARE static void unpin(riccati *r) {
     renew_members(q, riccati_becomes);
 }
 
-/* Solve with the working set as it is, but not in circles: then ILL_CONDITIONED. `seconds` of the budget are over, and so many
- * `iterations`, which become more. */
-static rumo_status try_solving(riccati *r, const budget *limits, double seconds, int *iterations) {
+/* Solve with the working set as it is, but not in circles: then ILL_CONDITIONED. So many `iterations` of the budget are over,
+ * which become more. */
+static rumo_status try_solving(riccati *r, const budget *limits, int *iterations) {
     const int most = ENOUGH + ENOUGH_EACH * (r->q.capacity - 1), left = limits->iterations - *iterations;
-    const budget own = {left < most ? left : most, limits->tolerance, limits->seconds - seconds};
+    const budget own = {left < most ? left : most, limits->tolerance, limits->end};
     const rumo_status status = solve_qp(&r->q, &own);
     *iterations += r->q.iterations;
-    return status == RUMO_BUDGET_EXCEEDED && r->q.iterations >= most ? RUMO_ILL_CONDITIONED : status;
+    const int led_in_circles = status == RUMO_BUDGET_EXCEEDED && r->q.iterations >= most && !is_over(limits->end);
+    return led_in_circles ? RUMO_ILL_CONDITIONED : status;
 }
 
 /* Solve with what is kept at bounds, keep others, and let go, until all multipliers have the right sign; 0 if that fails.
- * The budget began at `start`, and of it so many `iterations` are over, which become more. */
-RARE static int solve_pinned(riccati *r, const budget *limits, double start, int *iterations) {
+ * So many `iterations` of the budget are over, which become more. */
+RARE static int solve_pinned(riccati *r, const budget *limits, int *iterations) {
     qp *q = &r->q;
     int solved = 0;
     memset(r->pins, 0, (size_t)(r->s.N * r->s.nu) * sizeof *r->pins);
@@ -105,7 +106,7 @@ RARE static int solve_pinned(riccati *r, const budget *limits, double start, int
         clear_members(q);
         watch_members(q);
         if (!factorise_stages(r)) break;
-        const rumo_status status = try_solving(r, limits, seconds_now() - start, iterations);
+        const rumo_status status = try_solving(r, limits, iterations);
         if (status == RUMO_BUDGET_EXCEEDED) break;
         if (status == RUMO_ILL_CONDITIONED) changed = pin_inputs(r);
         if (status == RUMO_SOLVER_FAILED) changed = give_way(r);
@@ -126,10 +127,10 @@ RARE static int solve_pinned(riccati *r, const budget *limits, double start, int
 
 /* Where the working set has led in circles, or to no solution that can be trusted: with inputs kept at bounds; and if that
  * fails, afresh, for as long as the budget lasts, since what seems to be a circle may only be long. */
-RARE static rumo_status solve_otherwise(riccati *r, const budget *limits, double start, int *iterations) {
-    if (solve_pinned(r, limits, start, iterations)) return RUMO_OPTIMAL;
-    const budget left = {limits->iterations - *iterations, limits->tolerance, limits->seconds - (seconds_now() - start)};
-    if (left.iterations <= 0 || left.seconds <= 0.0) return RUMO_BUDGET_EXCEEDED;
+RARE static rumo_status solve_otherwise(riccati *r, const budget *limits, int *iterations) {
+    if (solve_pinned(r, limits, iterations)) return RUMO_OPTIMAL;
+    const budget left = {limits->iterations - *iterations, limits->tolerance, limits->end};
+    if (left.iterations <= 0 || is_over(left.end)) return RUMO_BUDGET_EXCEEDED;
     watch_members(&r->q);
     const rumo_status status = solve_qp(&r->q, &left);
     *iterations += r->q.iterations;

@@ -135,7 +135,7 @@ static void repeat_last(riccati *r) {
     }
 }
 
-/* By a sweep back from the stage. */
+/* By a sweep back from the stage; over more stages than the gate asks for, only as far as there is time. */
 static void riccati_reach(void *self, int stages, double *restrict reach) {
     riccati *const r = (riccati *)self;
     const dims s = dims_of(&r->problem->sizes);
@@ -145,6 +145,7 @@ static void riccati_reach(void *self, int stages, double *restrict reach) {
     double *restrict sum = r->half;
     zero(sum, s.nx * p.ld);
     for (int k = stages - 1; k >= s.d; --k) {
+        if (stages > RUMO_GATE_STAGES && is_over(r->q.end)) break;
         double *next = r->reach_products[k % 2];
         if (k < stages - 1) {
             product(rows, p.ld, 1, s.nx, rows_of_stage(r, &p, k), p.ld, p.rows, next, width, nothing_else);
@@ -160,7 +161,7 @@ static void riccati_reach(void *self, int stages, double *restrict reach) {
     }
 }
 
-OUTSIDE static int riccati_prepare(void *self, const stage_maps *m, int shift) {
+OUTSIDE static int riccati_prepare(void *self, const stage_maps *m, int shift, double end) {
     riccati *const r = (riccati *)self;
     const dims s = dims_of(&r->problem->sizes);
     const layout p = layout_of(&s);
@@ -174,12 +175,15 @@ OUTSIDE static int riccati_prepare(void *self, const stage_maps *m, int shift) {
     mix_node_rows(&s, m, &m->Cu, r->problem->numbers.input_scales, &r->outputs);
     mix_node_rows(&s, m, &m->E, r->problem->numbers.input_scales, &r->constraints);
     lay_stages(r, m);
+    r->q.end = end;
     if (!factorise_stages(r)) return 0;
-    refresh_norms(r, r->norms_at < 0 ? s.N - s.d : (s.N - s.d + NORM_SAMPLES - 1) / NORM_SAMPLES);
+    const int all = r->norms_at < 0;
+    refresh_norms(r, all ? s.N - s.d : (s.N - s.d + NORM_SAMPLES - 1) / NORM_SAMPLES);
+    if (all && is_over(end)) r->norms_at = -1;
     r->shift = shift && unblocked(&s) && r->problem->shift.same_rows;
     renew_members(&r->q, riccati_becomes);
     if (r->shift) repeat_last(r);
-    return 1;
+    return !is_over(end);
 }
 
 #endif

@@ -155,10 +155,9 @@ static rumo_status riccati_solve(void *self, const stage_maps *m, const stage_kn
         const int place = q->place[i];
         q->base[place] = r->gamma[place] + dot(r->pi + (ptrdiff_t)place * p.ld, r->zeta + s.d * p.ld, p.ld);
     }
-    const double start = isfinite(limits->seconds) ? seconds_now() : 0.0; /* else it does not matter */
     step->iterations = 0;
-    rumo_status status = try_solving(r, limits, 0.0, &step->iterations);
-    if (status > RUMO_BUDGET_EXCEEDED && !q->conflicts) status = solve_otherwise(r, limits, start, &step->iterations);
+    rumo_status status = try_solving(r, limits, &step->iterations);
+    if (status > RUMO_BUDGET_EXCEEDED && !q->conflicts) status = solve_otherwise(r, limits, &step->iterations);
     step->conflicts = q->conflicts;
     step->conflict = r->conflict;
     if (q->conflicts) riccati_name_conflicts(r);

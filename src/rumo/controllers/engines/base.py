@@ -103,6 +103,14 @@ class Method(ABC):
 
     transcription: Transcription
 
+    end: float = np.inf
+    """When the step has to be over, by `time.perf_counter` [s]; set by the engine where settings have a time limit."""
+
+    @property
+    def accuracy(self) -> float:
+        """Share of their scales to which hard constraints hold in a solution, where that is above `SLACK_TOLERANCE`."""
+        return 0.0
+
     @property
     def restarts(self) -> bool:
         """Whether `solve` finds a beginning of its own from a state at rest, and is asked for it after a failure."""

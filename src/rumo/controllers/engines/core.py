@@ -35,7 +35,9 @@ class CoreEngine:
         self.backend = self._build.name
         self._layout = PlanLayout(self._problem, settings.integrator_tolerance)
         self._size = self._layout.size
-        self._core = Core(self._build.table, description.values, asdict(core_settings(settings)), self._layout)
+        self._core = Core(
+            self._build.table, description.values, asdict(core_settings(settings, self._problem)), self._layout
+        )
         when_forked(self, lambda engine: engine._core.after_fork())
 
     def configure(self, settings: Settings) -> None:
@@ -45,7 +47,7 @@ class CoreEngine:
             raise ArgumentError("qp.solver", repr(solver), f"{self._solver!r}, as made", "Make another controller.")
         with self._lock:
             layout = PlanLayout(self._problem, settings.integrator_tolerance)
-            self._core.configure(asdict(core_settings(settings)), layout)
+            self._core.configure(asdict(core_settings(settings, self._problem)), layout)
             self._layout = layout
 
     def update(self, transcription: Transcription) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rumo.controllers.settings import ControllerSettings, Settings
+from rumo.controllers.settings import ControllerSettings, LtvSettings, Settings
 from rumo.kernel import BOUNDS, Description, Guard, describe
 from rumo.kernel import Settings as CoreSettings
 from rumo.problem import Problem
@@ -17,24 +17,31 @@ MOST_FREE_INPUTS = 8
 """For each state of a wide model that is condensed: from there on Riccati sweeps are no slower, by times measured."""
 
 
-def core_settings(settings: ControllerSettings) -> CoreSettings:
-    """Settings as the core has them; those of a method in Python have only a gate."""
+def core_settings(settings: ControllerSettings, problem: Problem | None = None) -> CoreSettings:
+    """Settings as the core has them, for a problem where it solves one; a method in Python has a gate, and time."""
     gate = settings.gate
     width, patience = (np.inf, 0) if gate is None else (gate.width, gate.patience)
     if not isinstance(settings, Settings):
-        return CoreSettings(gate_width=width, gate_patience=patience)
+        seconds = settings.qp.time_limit if isinstance(settings, LtvSettings) else np.inf
+        return CoreSettings(seconds=seconds, gate_width=width, gate_patience=patience)
     return CoreSettings(
         sqp_iterations=settings.sqp_iterations,
         preparation_iterations=settings.preparation_iterations,
         sqp_tolerance=settings.tolerance,
         settling_iterations=settings.settling_iterations,
         trusted_step=settings.trusted_step,
-        qp_iterations=settings.qp.max_iterations,
+        qp_iterations=settings.qp.iterations(0 if problem is None else _rows(problem)),
         qp_tolerance=settings.qp.tolerance,
-        qp_seconds=settings.qp.time_limit,
+        seconds=settings.qp.time_limit,
         gate_width=width,
         gate_patience=patience,
     )
+
+
+def _rows(problem: Problem) -> int:
+    """Rows of a problem's QP, with bounds of moves whether it has some or not."""
+    blocks, inputs = len(problem.blocks.lengths), len(problem.model.inputs)
+    return 2 * blocks * inputs + problem.horizon * len(problem.constraints)
 
 
 def core_problem(transcription: Transcription, solver: str = "auto") -> Description:

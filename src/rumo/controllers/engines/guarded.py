@@ -23,6 +23,9 @@ from rumo.signals import Array, Values
 from rumo.status import STATUSES, Status
 from rumo.transcription import Transcription
 
+PATH_CONSTRAINT = 2
+"""See `rumo_limit` in rumo_core.h."""
+
 
 class Guarded:
     """An engine around a method that proposes a trajectory. Threads that share it wait for each other.
@@ -45,6 +48,7 @@ class Guarded:
         self._guess: Trajectory | None = None  # where the next step linearises or starts from
         self._wanted: Mapping[str, Array] | None = None  # the last reference
         self._prepared, self._prepare_time = False, 0.0
+        self._conflict: list[tuple[int, int, int]] = []  # hard constraints that the last solution exceeded
         self._problem = method.transcription.problem
         self.configure(settings)
 
@@ -53,6 +57,7 @@ class Guarded:
         with self._lock:
             self.method.configure(settings)  # it may refuse them
             self._guard.configure(core_settings(settings))
+            self._limit = core_settings(settings).seconds
             self._integrator_tolerance = getattr(settings, "integrator_tolerance", INTEGRATOR_TOLERANCE)
             self._layout = PlanLayout(self._problem, self._integrator_tolerance)
 
@@ -114,17 +119,25 @@ class Guarded:
         """See `Engine.step`."""
         with self._lock:
             start = perf_counter()
+            self.method.end = start + self._limit
             measurement, window = self._checked(x, reference)
             checking = perf_counter() - start
             if not self._guard.has_guess and np.isfinite(measurement).all():
                 self.rest(measurement)
+            before = 0.0
             if not self._prepared:
-                self.prepare()
-            return self._complete(measurement, window, perf_counter() - checking)
+                self._prepare_in_time()
+                before = self._prepare_time
+            return self._complete(measurement, window, perf_counter() - checking, before)
 
     def prepare(self) -> None:
         """See `Engine.prepare`."""
-        with self._lock, interruptible():
+        with self._lock:
+            self.method.end = np.inf  # no one waits for it
+            self._prepare_in_time()
+
+    def _prepare_in_time(self) -> None:
+        with interruptible():
             start = perf_counter()
             with np.errstate(all="ignore"):
                 if self._guess is not None and not (self._keep(self._guess) and self._advance(self._guess)):
@@ -147,6 +160,7 @@ class Guarded:
             if not self._prepared:
                 raise CallOrderError("feedback() needs a preparation: call prepare() first, or step() for both.")
             start = perf_counter()
+            self.method.end = start + self._limit
             return self._complete(*self._checked(x, reference), start)
 
     def _checked(self, x: Values, reference: ReferenceWindow) -> tuple[Array, Mapping[str, Array]]:
@@ -156,8 +170,11 @@ class Guarded:
         self.method.check(window)
         return measurement, window
 
-    def _complete(self, measurement: Array, window: Mapping[str, Array], start: float) -> Plan:
-        """The plan for a measurement and a reference that have been checked, in a feedback that began at `start`."""
+    def _complete(self, measurement: Array, window: Mapping[str, Array], start: float, before: float = 0.0) -> Plan:
+        """The plan for a measurement and a reference that have been checked, in a feedback that began at `start`.
+
+        Whoever called for it has waited for some time `before` [s].
+        """
         with interruptible():
             with np.errstate(all="ignore"):
                 candidate, cause = self._attempt(measurement, window)
@@ -167,10 +184,11 @@ class Guarded:
             later = self._guard.next if self._guard.has_guess else None
             self._guess = None if later is None else Trajectory(*later)
             self._prepared = False
-            return self._plan(candidate, status, cause, start)
+            return self._plan(candidate, status, cause, start, before)
 
     def _attempt(self, x: Array, window: Mapping[str, Array]) -> tuple[Candidate | None, Status]:
         """What the method comes to, if the measurement can be used, and how far it got."""
+        self._conflict = []
         window = self._filled(window)
         wanted = np.concatenate([window[name] for name in self.method.signals if name in window])
         if np.isfinite(wanted).all():
@@ -198,7 +216,8 @@ class Guarded:
             return None, Status.SOLVER_FAILED
         finite = candidate.trajectory.finite and bool(np.isfinite(candidate.constraints).all())
         if finite and candidate.status.applicable:
-            return candidate, self._assessed(candidate)
+            self._conflict = self._broken(candidate)
+            return (None, Status.SOLVER_FAILED) if self._conflict else (candidate, self._assessed(candidate))
         return None, Status.SOLVER_FAILED if candidate.status.solved else candidate.status
 
     def _filled(self, window: Mapping[str, Array]) -> Mapping[str, Array]:
@@ -215,12 +234,25 @@ class Guarded:
         return filled
 
     def _assessed(self, candidate: Candidate) -> Status:
-        """A candidate's status, lowered to SOFT_VIOLATED where imposed constraints (N, nc) exceed 0."""
-        violated = candidate.constraints > SLACK_TOLERANCE * self._problem.constraint_scales
-        soft = candidate.status is Status.OPTIMAL and violated[self.method.transcription.imposed].any()
-        return Status.SOFT_VIOLATED if soft else candidate.status
+        """A candidate's status, lowered to SOFT_VIOLATED where soft constraints exceed 0."""
+        soft = np.isfinite(self._problem.numbers.l1)
+        violated = candidate.status is Status.OPTIMAL and self._exceeded(candidate, SLACK_TOLERANCE)[:, soft].any()
+        return Status.SOFT_VIOLATED if violated else candidate.status
 
-    def _plan(self, candidate: Candidate | None, status: Status, cause: Status, start: float) -> Plan:
+    def _broken(self, candidate: Candidate) -> list[tuple[int, int, int]]:
+        """Hard constraints that a solution exceeds, since no input moves them where they were linearised."""
+        if candidate.status is not Status.OPTIMAL:
+            return []
+        exceeded = self._exceeded(candidate, max(SLACK_TOLERANCE, self.method.accuracy))
+        hard = exceeded & np.isinf(self._problem.numbers.l1)
+        return [(PATH_CONSTRAINT, int(k) + 1, int(j)) for k, j in np.argwhere(hard)]
+
+    def _exceeded(self, candidate: Candidate, share: float) -> np.ndarray:
+        """Imposed constraints (N, nc) above 0 by more than a share of their scales."""
+        allowed = share * self._problem.constraint_scales
+        return (candidate.constraints > allowed) & self.method.transcription.imposed
+
+    def _plan(self, candidate: Candidate | None, status: Status, cause: Status, start: float, before: float) -> Plan:
         problem, applied = self._problem, self._guard.plan
         nothing = np.full((problem.horizon, len(problem.constraints)), np.nan)
         constraints, diagnostics = (
@@ -229,4 +261,6 @@ class Guarded:
         parts = applied.u, applied.x, constraints, applied.inner[:, : len(problem.model.algebraic)], diagnostics
         numbers = np.concatenate([part.ravel() for part in parts])
         ranks = STATUSES.index(status), STATUSES.index(cause)
-        return Plan(numbers, Outcome(self._layout, *ranks, self._prepare_time, perf_counter() - start))
+        feedback, conflict = perf_counter() - start, self._conflict or None
+        times = self._prepare_time, feedback, before + feedback
+        return Plan(numbers, Outcome(self._layout, *ranks, *times, conflict=conflict))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
+from time import perf_counter
 from typing import Any
 
 import casadi as ca
@@ -12,6 +13,7 @@ import numpy as np
 
 from rumo.controllers.arguments import tracked
 from rumo.controllers.engines.base import Candidate, Method
+from rumo.controllers.engines.polish import Polish
 from rumo.controllers.engines.reach import near_reach
 from rumo.controllers.engines.stagewise import eliminate
 from rumo.controllers.engines.trajectory import Trajectory
@@ -32,9 +34,15 @@ class Ipopt(Method):
     def __init__(self, transcription: Transcription, settings: NlpSettings) -> None:
         self.transcription = transcription
         self.settings = settings
+        self._polish = Polish(transcription)
         self.reset()
         self._state()
         self._take_numbers()
+
+    @property
+    def accuracy(self) -> float:
+        """See `Method.accuracy`."""
+        return self.settings.tolerance
 
     def configure(self, settings: NlpSettings) -> None:
         """See `Method.configure`; other limits of IPOPT state the NLP anew."""
@@ -50,6 +58,7 @@ class Ipopt(Method):
     def update(self, transcription: Transcription) -> None:
         """See `Method.update`; numbers are parameters and limits of the NLP, which rows are soft is part of it."""
         self.transcription = transcription
+        self._polish.update(transcription)
         if self._structure() != self._stated:
             self._multipliers = None
             self._state()
@@ -122,6 +131,7 @@ class Ipopt(Method):
         unit = self._unit / problem.cost_scale
         weights = unit * problem.output_weights, unit * problem.block_move_weights, problem.numbers.limits
         self._numbers = np.r_[*(weight.ravel() for weight in weights), unit * np.array(prices)]
+        self._steep = any(penalty.l1 > problem.cost_scale for penalty in penalties)  # see Polish
         states, (lower, upper) = problem.horizon * functions.unknowns, problem.block_bounds
         move_lower, move_upper = (bound[:, limited].ravel() for bound in problem.block_move_bounds)
         rows = int(functions.imposed.sum())
@@ -173,7 +183,7 @@ class Ipopt(Method):
 
     def solve(self, x: Array, window: Mapping[str, Array], guess: Trajectory, applied: Array) -> Candidate | None:
         """See `Method.solve`."""
-        problem = self.transcription.problem
+        problem, end = self.transcription.problem, perf_counter() + self.settings.max_wall_time
         N, d = problem.horizon, problem.delay
         nx, nw = len(problem.model.states), self.transcription.unknowns
         reference = tracked(problem, window)[1:]
@@ -212,7 +222,11 @@ class Ipopt(Method):
             unknown = replace(trajectory, u=np.full_like(u, np.nan))
             return Candidate(unknown, np.full((N, len(problem.constraints)), np.nan), status)
         self._multipliers = result["lam_x"].full().ravel(), result["lam_g"].full().ravel()
-        constraints = self.transcription.path_constraints(trajectory.x, u, trajectory.inner, problem.parameters)
+        if not out_of_budget and self._steep:
+            trajectory, status = self._polish(trajectory, x, window, applied, end)
+        constraints = self.transcription.path_constraints(
+            trajectory.x, trajectory.u, trajectory.inner, problem.parameters
+        )
         return Candidate(trajectory, constraints, status)
 
     def _admissible(self, trajectory: Trajectory, excess: Array) -> bool:

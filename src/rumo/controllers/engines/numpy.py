@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from time import perf_counter
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.settings import QpOptions, Settings
 from rumo.shift import Shift
 from rumo.signals import Array
+from rumo.status import Status
 from rumo.transcription import Transcription
 
 # Steps below this share of the inputs' ranges are rounding.
@@ -64,6 +66,11 @@ class NumpyRti(Method):
     def restarts(self) -> bool:
         """See `Method.restarts`."""
         return np.isfinite(self.settings.trusted_step)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the time for the step is."""
+        return perf_counter() > self.end
 
     @property
     def horizon(self) -> Horizon:
@@ -128,8 +135,10 @@ class NumpyRti(Method):
         return True
 
     def iterate(self, x: Array, window: Mapping[str, Array], applied: Array) -> Candidate:
-        """One QP about the guess linearised about, and its solution expanded."""
+        """One QP about the guess linearised about, and its solution expanded; nothing if the time is over."""
         problem, horizon, guess = self.transcription.problem, self.horizon, self.about
+        if self.is_over:
+            return _nothing(guess, len(problem.constraints))
         d, nu, nx, blocks = problem.delay, len(problem.model.inputs), len(x), problem.blocks.matrix
 
         # The initial state is the measurement, the first d inputs are those already decided.
@@ -179,3 +188,9 @@ class NumpyRti(Method):
         inputs = np.abs(new.u - old.u).max(axis=0) / self.transcription.problem.input_scales
         states = np.abs(new.x - old.x).max(axis=0)[reach > 0.0] / reach[reach > 0.0]
         return float(max(inputs.max(), states.max(initial=0.0)))
+
+
+def _nothing(guess: Trajectory, constraints: int) -> Candidate:
+    """What there is where the time was over before a QP."""
+    unknown = replace(guess, u=np.full_like(guess.u, np.nan))
+    return Candidate(unknown, np.full((len(guess.u), constraints), np.nan), Status.BUDGET_EXCEEDED)

@@ -60,13 +60,14 @@ def solve(program: SparseProgram, options: QpOptions) -> Solution:
     method finds its own way.
     """
     nothing = np.full(len(program.gradient), np.nan)
-    if options.max_iterations == 0:
+    most = options.iterations(len(program.lower) + len(program.row_upper))
+    if most == 0:
         return Solution(nothing, Status.BUDGET_EXCEEDED)
     if not program.largest < 1e-3 * INFINITE:
         return Solution(nothing, Status.ILL_CONDITIONED if program.largest < np.inf else Status.SOLVER_FAILED)
     conditions = Conditions(program)
     for accuracy in (max(options.tolerance, KKT_TOLERANCE), FINEST):
-        solution = _attempt(conditions, program, options.max_iterations, accuracy)
+        solution = _attempt(conditions, program, most, accuracy)
         if solution.status is not Status.ILL_CONDITIONED:
             return solution
     return _polished(conditions, conditions.approach(conditions.origin))

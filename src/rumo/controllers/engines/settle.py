@@ -97,8 +97,9 @@ class Settling:
 
     @property
     def _is_last(self) -> bool:
-        settings = self._rti.settings
-        return self._iterations >= settings.sqp_iterations and self._iterations > settings.settling_iterations
+        rti, settings = self._rti, self._rti.settings
+        enough = self._iterations >= settings.sqp_iterations and self._iterations > settings.settling_iterations
+        return enough or rti.is_over
 
     def _take_full_steps(self, candidate: Candidate) -> tuple[bool, Candidate]:
         """Iterations with full steps; whether they come to something."""
