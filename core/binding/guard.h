@@ -99,6 +99,13 @@ public:
         return true;
     }
 
+    // Writes a measurement as it is to be used.
+    void unwound(nb::handle x, nb::handle taken) {
+        const auto nx = static_cast<std::size_t>(sizes_.states);
+        const Vector state(x, nx, "x"), out(taken, nx, "taken");
+        std::copy_n(api_->guard_unwound(guard_, state.data()), nx, out.writable());
+    }
+
     rumo_guard_state state() const {
         rumo_guard_state state;
         api_->guard_state(guard_, &state);

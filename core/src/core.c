@@ -29,6 +29,7 @@
 #define guard_applied NULL
 #define guard_counts NULL
 #define admit NULL
+#define unwind NULL
 #define drop_guess NULL
 #define follow_candidate NULL
 #define guard_state NULL
@@ -78,6 +79,7 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     rest,
     keep_guess,
     drop_guess,
+    unwind,
     admit,
     follow_candidate,
     guard_state,

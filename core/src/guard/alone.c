@@ -7,6 +7,7 @@
 #include "guard/follow.c"
 #include "guard/gate.c"
 #include "guard/stray.c"
+#include "guard/turns.c"
 #include "rules.c"
 
 static void lay_out_alone(arena *a, rumo_guard *g, const rumo_guard_data *data) {
@@ -54,6 +55,8 @@ static rumo_status admit(rumo_guard *g, const double *x, const double *reference
     if (status != RUMO_OPTIMAL) return status;
     return plausible(g, x, reach) ? RUMO_OPTIMAL : RUMO_BAD_MEASUREMENT;
 }
+
+static const double *unwind(rumo_guard *g, const double *x) { return unwound(g, x); }
 
 static void drop_guess(rumo_guard *g) { g->has_guess = g->resting = 0; }
 

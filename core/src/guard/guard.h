@@ -28,6 +28,7 @@ struct rumo_guard {
     int implausible, repeats;             /* samples in a row that the gate has held back, and why */
     int changes, has_last;                /* plausible samples that differed from the one before, up to GATE_CHANGES */
     double *suspect, *last_x;             /* (nx,): the last implausible and the last plausible sample */
+    double *taken;                        /* (nx,): the measurement as it is used */
 
     double *rows, *next_rows;             /* (N, ni): for callers of a guard by itself */
 };
@@ -42,6 +43,7 @@ static void lay_out_guard(arena *a, rumo_guard *g, const rumo_guard_data *data) 
     g->applied = alloc_doubles(a, decided_inputs(&s) * s.nu);
     g->suspect = alloc_doubles(a, s.nx);
     g->last_x = alloc_doubles(a, s.nx);
+    g->taken = alloc_doubles(a, s.nx);
 }
 
 static void configure_guard(rumo_guard *g, const rumo_settings *settings) {

@@ -43,6 +43,7 @@ class Guarded:
         self._guard = guard_of(method.transcription, settings)
         self._guess: Trajectory | None = None  # where the next step linearises or starts from
         self._wanted: Mapping[str, Array] | None = None  # the last reference
+        self._begins: dict[str, float] = {}  # where that of each angle began
         self._prepared, self._prepare_time = False, 0.0
         self._problem = method.transcription.problem
         self.configure(settings)
@@ -72,6 +73,7 @@ class Guarded:
             self._guard.reset()
             self._guard.applied = applied
             self._guess = self._wanted = None
+            self._begins = {}
             self._prepared, self._prepare_time = False, 0.0
             self.method.reset()
 
@@ -116,7 +118,7 @@ class Guarded:
             measurement, window = self._checked(x, reference)
             checking = perf_counter() - start
             if not self._guard.has_guess and np.isfinite(measurement).all():
-                self.rest(measurement)
+                self.rest(self._guard.unwound(measurement))
             if not self._prepared:
                 self.prepare()
             return self._complete(measurement, window, perf_counter() - checking)
@@ -170,7 +172,8 @@ class Guarded:
 
     def _attempt(self, x: Array, window: Mapping[str, Array]) -> tuple[Candidate | None, Status]:
         """What the method comes to, if the measurement can be used, and how far it got."""
-        window = self._filled(window)
+        x = self._guard.unwound(x)
+        window = self._unwound(self._filled(window), x)
         wanted = np.concatenate([window[name] for name in self.method.signals if name in window])
         if np.isfinite(wanted).all():
             self._wanted = window
@@ -202,6 +205,18 @@ class Guarded:
                         values[k] = values[k + 1]
                 filled[name] = values[:-1]
         return filled
+
+    def _unwound(self, window: Mapping[str, Array], x: Array) -> Mapping[str, Array]:
+        """The window; angles go on from where they began before, or from the measurement, without jumps of a turn."""
+        unwound, states = dict(window), self._problem.model.states
+        for name in (name for name in self.method.signals if name in states and name in window):
+            i = states.index(name)
+            if self._problem.sensors.turn[i] and np.isfinite(window[name]).all():
+                before = self._begins.get(name, float(x[i]))
+                start = before if np.isfinite(before) else window[name][0]
+                unwound[name] = np.unwrap(np.r_[start, window[name]])[1:]
+                self._begins[name] = unwound[name][0]
+        return unwound
 
     def _assessed(self, candidate: Candidate) -> Status:
         """A candidate's status, lowered to SOFT_VIOLATED where imposed constraints (N, nc) exceed 0."""
