@@ -99,7 +99,14 @@ public:
         return true;
     }
 
-    // Writes a measurement as it is to be used.
+    // Writes the measurement that was admitted as it is to be used.
+    void taken(nb::handle x) {
+        const auto nx = static_cast<std::size_t>(sizes_.states);
+        const Vector out(x, nx, "x");
+        std::copy_n(api_->guard_taken(guard_), nx, out.writable());
+    }
+
+    // Writes a measurement with its angles next to what is predicted.
     void unwound(nb::handle x, nb::handle taken) {
         const auto nx = static_cast<std::size_t>(sizes_.states);
         const Vector state(x, nx, "x"), out(taken, nx, "taken");

@@ -216,6 +216,7 @@ typedef struct rumo_api {
     /* Whether a measurement and all that is wanted (count,) can be used: OPTIMAL, or why not. `reach` (nx,): how far all
      * inputs can move each state over the next stages, NULL where not known. */
     rumo_status (*guard_admit)(rumo_guard *, const double *x, const double *reference, int count, const double *reach);
+    const double *(*guard_taken)(const rumo_guard *); /* that measurement as it is to be used: some readings are predicted */
     /* Apply a candidate (u NULL: none) that came with *cause, else the plan before, else the safe input; returns the status of
      * what is applied. The cause becomes SOLVER_FAILED where a solution is none. */
     rumo_status (*guard_follow)(rumo_guard *, const double *u, const double *x, const double *inner, rumo_status *cause);

@@ -30,6 +30,7 @@
 #define guard_counts NULL
 #define admit NULL
 #define unwind NULL
+#define taken NULL
 #define drop_guess NULL
 #define follow_candidate NULL
 #define guard_state NULL
@@ -81,6 +82,7 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     drop_guess,
     unwind,
     admit,
+    taken,
     follow_candidate,
     guard_state,
     program_size,

@@ -116,13 +116,13 @@ static int keep_reference(rumo_controller *ctl, const double *reference, const d
 
 static rumo_status attempt(rumo_controller *ctl, const double *measured, const double *given, rumo_plan *plan) {
     const dims *s = &ctl->s;
-    const double *x = unwound(&ctl->guard, measured);
-    const rumo_status finite = finite_sample(s->nx, x, keep_reference(ctl, given, x));
+    double *x = unwound(&ctl->guard, measured);
+    const rumo_status finite = finite_sample(&ctl->guard, x, keep_reference(ctl, given, x));
     if (finite != RUMO_OPTIMAL) return finite;
     const double *reference = ctl->last_reference;
-    if (is_near(&ctl->guard, x)) zero(ctl->near_reach, s->nx);
-    else solver_of(&ctl->problem.sizes)->reach(&ctl->solving, gate_stages(s), ctl->near_reach);
-    if (!plausible(&ctl->guard, x, ctl->near_reach)) return RUMO_BAD_MEASUREMENT;
+    const int near = is_near(&ctl->guard, x);
+    if (!near) solver_of(&ctl->problem.sizes)->reach(&ctl->solving, gate_stages(s), ctl->near_reach);
+    if (!plausible(&ctl->guard, x, near ? NULL : ctl->near_reach)) return RUMO_BAD_MEASUREMENT;
     if (!ctl->guard.has_guess) {
         start_guess(ctl, x);
         const rumo_status usable = linearize(ctl);

@@ -12,7 +12,7 @@ static inline double next_to(double angle, double turn, double to) {
 }
 
 /* The measurement with its angles next to what is predicted or, without a plan, to the last plausible sample. */
-static const double *unwound(rumo_guard *g, const double *x) {
+static double *unwound(rumo_guard *g, const double *x) {
     const double *to = g->has_next ? g->next_x : g->has_last ? g->last_x : x;
     for (int r = 0; r < g->s.nx; ++r) g->taken[r] = next_to(x[r], g->data.sensors.turn[r], to[r]);
     return g->taken;

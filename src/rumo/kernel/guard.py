@@ -135,8 +135,15 @@ class Guard:
         reached = None if reach is None else np.ascontiguousarray(reach, dtype=float)
         return STATUSES[self._guard.admit(np.ascontiguousarray(x, dtype=float), wanted, wanted.size, reached)]
 
+    @property
+    def taken(self) -> Array:
+        """The measurement (nx,) that was admitted, as it is to be used: what is held back of it is predicted."""
+        x = np.empty(self._sizes["states"])
+        self._guard.taken(x)
+        return x
+
     def unwound(self, x: Array) -> Array:
-        """A measurement (nx,) as it is to be used: angles next to what is predicted."""
+        """A measurement (nx,) with its angles next to what is predicted."""
         taken = np.empty(self._sizes["states"])
         self._guard.unwound(np.ascontiguousarray(x, dtype=float), taken)
         return taken
