@@ -106,6 +106,12 @@ public:
         std::copy_n(api_->guard_taken(guard_), nx, out.writable());
     }
 
+    void health(nb::handle symptoms) {
+        const auto count = 2 * static_cast<std::size_t>(sizes_.states);
+        const Vector out(symptoms, count, "symptoms");
+        std::copy_n(api_->guard_health(guard_), count, out.writable());
+    }
+
     // Writes a measurement with its angles next to what is predicted.
     void unwound(nb::handle x, nb::handle taken) {
         const auto nx = static_cast<std::size_t>(sizes_.states);

@@ -113,6 +113,8 @@ typedef struct rumo_plan {
     int iterations;            /* of the QP solver */
     const rumo_conflict *conflict; /* limits that cannot hold together, if there is no solution; */
     int conflicts;                 /* how many */
+    const double *health; /* (nx, 2): of readings that are held back, how far off in deviations, and for how many samples; */
+    int symptoms;         /* of how many */
     double prepare_seconds, feedback_seconds;
     double linearize_seconds; /* of the preparation, until the guess is linearised and its unknowns eliminated; NAN if not */
 } rumo_plan;
@@ -217,6 +219,7 @@ typedef struct rumo_api {
      * inputs can move each state over the next stages, NULL where not known. */
     rumo_status (*guard_admit)(rumo_guard *, const double *x, const double *reference, int count, const double *reach);
     const double *(*guard_taken)(const rumo_guard *); /* that measurement as it is to be used: some readings are predicted */
+    const double *(*guard_health)(const rumo_guard *); /* (nx, 2), as in rumo_plan */
     /* Apply a candidate (u NULL: none) that came with *cause, else the plan before, else the safe input; returns the status of
      * what is applied. The cause becomes SOLVER_FAILED where a solution is none. */
     rumo_status (*guard_follow)(rumo_guard *, const double *u, const double *x, const double *inner, rumo_status *cause);

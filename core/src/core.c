@@ -31,6 +31,7 @@
 #define admit NULL
 #define unwind NULL
 #define taken NULL
+#define health NULL
 #define drop_guess NULL
 #define follow_candidate NULL
 #define guard_state NULL
@@ -83,6 +84,7 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     unwind,
     admit,
     taken,
+    health,
     follow_candidate,
     guard_state,
     program_size,

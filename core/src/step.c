@@ -174,6 +174,8 @@ static void feedback(rumo_controller *ctl, const double *x, const double *refere
     plan->conflict = NULL;
     const rumo_status status = attempt(ctl, x, reference, plan);
     conclude(ctl, status, plan);
+    plan->health = ctl->guard.health;
+    plan->symptoms = ctl->guard.symptoms;
     plan->prepare_seconds = ctl->prepare_seconds;
     plan->linearize_seconds = ctl->linearize_seconds;
     plan->feedback_seconds = seconds_now() - start;

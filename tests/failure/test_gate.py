@@ -338,3 +338,25 @@ def test_a_thermometer_of_coarse_steps_is_not_frozen(backend, told):
     last = round(x, 1)
     frozen = [controller.step([last], {"temperature": 40.0}).status for _ in range(8)]
     assert Status.BAD_MEASUREMENT in frozen, "but what stays while the plant moves on is"
+
+
+@pytest.mark.parametrize("make", CONTROLLERS)
+def test_health_says_which_readings_were_not_used(make):
+    problem, x, reference = car()
+    controller = make(problem)
+    for _ in range(5):
+        plan = controller.step(x, reference)
+        assert plan.health == ()
+        x = plan.x.values[1].copy()
+    for k in (1, 2, 3):
+        wild = x.copy()
+        wild[1], wild[3] = 500.0, np.nan
+        plan = controller.step(wild, reference)
+        aside, speed = plan.health
+        assert (aside.state, aside.duration) == ("p_y", pytest.approx(0.04 * k))
+        assert aside.size > 100.0
+        assert str(aside).startswith("measured p_y leaves the prediction by")
+        assert (speed.state, speed.size) == ("v_x", np.inf)
+        assert str(speed) == f"measured v_x is no reading, for {0.04 * k:.3g} s"
+        x = plan.x.values[1].copy()
+    assert controller.step(x, reference).health == ()

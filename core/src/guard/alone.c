@@ -59,6 +59,8 @@ static rumo_status admit(rumo_guard *g, const double *measured, const double *re
 
 static const double *taken(const rumo_guard *g) { return g->taken; }
 
+static const double *health(const rumo_guard *g) { return g->health; }
+
 static const double *unwind(rumo_guard *g, const double *x) { return unwound(g, x); }
 
 static void drop_guess(rumo_guard *g) { g->has_guess = g->resting = 0; }

@@ -133,6 +133,16 @@ static int is_held(rumo_guard *g, const double *x, int r, double limit, double a
     return g->held[r] = 0;
 }
 
+/* A share of normal innovations' deviation that is their median size. */
+#define GATE_NORMAL 0.6745
+
+/* Say of a reading that it is held back: how many deviations it is off, and for how many samples it has been. */
+static void complain(rumo_guard *g, int r, double innovation, int samples) {
+    g->health[2 * r] = GATE_NORMAL * innovation / g->median[r];
+    g->health[2 * r + 1] = samples;
+    ++g->symptoms;
+}
+
 /* Whether a measurement is used: x (nx,), in which readings that are held back become what is predicted.
  *
  * Held back is what cannot be: readings that are farther from the prediction than is usual, and than a share of what inputs
@@ -166,6 +176,7 @@ static int plausible(rumo_guard *g, double *x, const double *reach) {
         g->out[r] = there && is_held(g, x, r, limit, agreement, &believed);
         judged += there;
         bad += g->out[r];
+        if (g->out[r]) complain(g, r, possible ? innovation : INFINITY, possible ? g->held[r] : g->missing + 1);
         if (possible) learn(g, r, innovation, limit);
         if (!g->out[r]) g->before[r] = innovation;
     }
@@ -188,8 +199,10 @@ static int plausible(rumo_guard *g, double *x, const double *reach) {
 }
 
 /* Whether a sample is one that can be used, as far as its numbers say: OPTIMAL, or why not. */
-static rumo_status finite_sample(const rumo_guard *g, const double *x, int reference_is_finite) {
+static rumo_status finite_sample(rumo_guard *g, const double *x, int reference_is_finite) {
     int impossible = 0;
+    if (g->symptoms) zero(g->health, 2 * g->s.nx);
+    g->symptoms = 0;
     for (int r = 0; r < g->s.nx; ++r) impossible += !is_possible(g, x, r);
     const int gated = g->has_next && !isinf(g->gate_width);
     if (impossible && (!gated || 2 * impossible >= g->s.nx)) return RUMO_BAD_MEASUREMENT;

@@ -34,6 +34,8 @@ struct rumo_guard {
     double *moved;                        /* (nx,): how far the plan moves until the next sample */
     double *suspect;                      /* (nx,): the last reading that was held back, */
     int *held, *out;                      /* how often in a row it was, and whether the present one is */
+    double *health;                       /* (nx, 2): of those held back, deviations and samples; else 0 */
+    int symptoms;
     int missing;                          /* samples in a row with a reading that cannot be */
 
     double *rows, *next_rows;             /* (N, ni): for callers of a guard by itself */
@@ -51,6 +53,7 @@ static void lay_out_guard(arena *a, rumo_guard *g, const rumo_guard_data *data) 
                                   &g->median, &g->before, &g->moved,    &g->suspect};
     for (size_t i = 0; i < sizeof of_states / sizeof *of_states; ++i) *of_states[i] = alloc_doubles(a, s.nx);
     g->held = alloc_ints(a, s.nx);
+    g->health = alloc_doubles(a, 2 * s.nx);
     g->out = alloc_ints(a, s.nx);
 }
 
@@ -62,6 +65,8 @@ static void configure_guard(rumo_guard *g, const rumo_settings *settings) {
 RARE static void reset_guard(rumo_guard *g) {
     const int nu = g->s.nu;
     g->has_next = g->inputs_left = g->has_guess = g->resting = g->blameless = g->settled = g->settles = 0;
+    zero(g->health, 2 * g->s.nx);
+    g->symptoms = 0;
     g->repeats = g->changes = g->has_last = g->learned = g->missing = 0;
     for (int r = 0; r < g->s.nx; ++r) {
         g->smallest[r] = g->stayed[r] = g->median[r] = g->before[r] = g->moved[r] = 0.0;

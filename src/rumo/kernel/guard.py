@@ -142,6 +142,13 @@ class Guard:
         self._guard.taken(x)
         return x
 
+    @property
+    def health(self) -> Array:
+        """Of the readings held back: how many deviations off, and for how many samples (2 nx,); 0 of others."""
+        symptoms = np.empty(2 * self._sizes["states"])
+        self._guard.health(symptoms)
+        return symptoms
+
     def unwound(self, x: Array) -> Array:
         """A measurement (nx,) with its angles next to what is predicted."""
         taken = np.empty(self._sizes["states"])

@@ -234,4 +234,6 @@ class Guarded:
         parts = applied.u, applied.x, constraints, applied.inner[:, : len(problem.model.algebraic)], diagnostics
         numbers = np.concatenate([part.ravel() for part in parts])
         ranks = STATUSES.index(status), STATUSES.index(cause)
-        return Plan(numbers, Outcome(self._layout, *ranks, self._prepare_time, perf_counter() - start))
+        health = self._guard.health
+        times = self._prepare_time, perf_counter() - start
+        return Plan(numbers, Outcome(self._layout, *ranks, *times, health=health.tolist() if health.any() else None))
