@@ -8,7 +8,7 @@
 static inline double next_to(double angle, double turn, double to) {
     const double apart = angle - to;
     if (!(fabs(apart) > 0.5 * turn) || turn == 0.0) return angle;
-    return angle - turn * nearbyint(apart / turn);
+    return angle - turn * floor(apart / turn + 0.5);
 }
 
 /* The measurement with its angles next to what is predicted or, without a plan, to the last plausible sample. */
