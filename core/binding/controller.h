@@ -165,6 +165,7 @@ private:
         const Vector wanted(reference, window(), "reference", 2, static_cast<std::size_t>(sizes_.outputs));
         rumo_plan plan;
         std::vector<rumo_conflict> limits; // copied while the controller is ours: another thread's step would overwrite them
+        std::vector<double> symptoms;
         nb::object layout;
         {
             Lock lock(*this);
@@ -174,7 +175,10 @@ private:
             function(core_, state.data(), wanted.data(), &plan);
             std::copy_n(plan.numbers, count_, out.writable());
             if (plan.conflicts > 0) limits.assign(plan.conflict, plan.conflict + plan.conflicts);
+            if (plan.symptoms > 0) symptoms.assign(plan.health, plan.health + 2 * states());
         }
+        nb::object health = nb::none();
+        if (!symptoms.empty()) health = nb::cast(symptoms);
         nb::object conflict = nb::none();
         if (!limits.empty()) {
             nb::list found;
@@ -183,7 +187,7 @@ private:
             conflict = found;
         }
         return nb::make_tuple(layout, static_cast<int>(plan.status), static_cast<int>(plan.cause), plan.prepare_seconds,
-                              plan.feedback_seconds, plan.waited_seconds, plan.iterations, conflict);
+                              plan.feedback_seconds, plan.waited_seconds, plan.iterations, conflict, health);
     }
 
     const rumo_api *api_;

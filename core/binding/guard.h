@@ -99,6 +99,26 @@ public:
         return true;
     }
 
+    // Writes the measurement that was admitted as it is to be used.
+    void taken(nb::handle x) {
+        const auto nx = static_cast<std::size_t>(sizes_.states);
+        const Vector out(x, nx, "x");
+        std::copy_n(api_->guard_taken(guard_), nx, out.writable());
+    }
+
+    void health(nb::handle symptoms) {
+        const auto count = 2 * static_cast<std::size_t>(sizes_.states);
+        const Vector out(symptoms, count, "symptoms");
+        std::copy_n(api_->guard_health(guard_), count, out.writable());
+    }
+
+    // Writes a measurement with its angles next to what is predicted.
+    void unwound(nb::handle x, nb::handle taken) {
+        const auto nx = static_cast<std::size_t>(sizes_.states);
+        const Vector state(x, nx, "x"), out(taken, nx, "taken");
+        std::copy_n(api_->guard_unwound(guard_, state.data()), nx, out.writable());
+    }
+
     rumo_guard_state state() const {
         rumo_guard_state state;
         api_->guard_state(guard_, &state);

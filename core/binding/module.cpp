@@ -48,6 +48,9 @@ NB_MODULE(_core, module) {
         .def("admit", &Guard::admit, "x"_a, "reference"_a, "count"_a, "reach"_a.none())
         .def("follow", &Guard::follow, "u"_a.none(), "x"_a.none(), "inner"_a.none(), "cause"_a)
         .def("plan", &Guard::plan)
+        .def("unwound", &Guard::unwound)
+        .def("taken", &Guard::taken)
+        .def("health", &Guard::health)
         .def_prop_ro("has_guess", [](const Guard &guard) { return guard.state().has_guess != 0; });
     nb::class_<Qp>(module, "Qp")
         .def(nb::init<int, int>(), "variables"_a, "rows"_a)

@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 9
+#define RUMO_CORE_VERSION 10
 
 /* What the failure policy goes by; methods outside the core read these too. */
 #define RUMO_GATE_STAGES 15       /* over which the gate asks how far a state can go: over a long horizon, anywhere */
@@ -115,6 +115,8 @@ typedef struct rumo_plan {
     int iterations;            /* of the QP solver */
     const rumo_conflict *conflict; /* limits that cannot hold together, if there is no solution; */
     int conflicts;                 /* how many */
+    const double *health; /* (nx, 2): of readings that are held back, how far off in deviations, and for how many samples; */
+    int symptoms;         /* of how many */
     double prepare_seconds, feedback_seconds;
     double waited_seconds;    /* by the caller: the feedback, and the preparation where no call was made for it before */
     double linearize_seconds; /* of the preparation, until the guess is linearised and its unknowns eliminated; NAN if not */
@@ -214,9 +216,13 @@ typedef struct rumo_api {
      * do (0 where that does not matter). */
     int (*guard_keep)(rumo_guard *, double straying);
     void (*guard_drop)(rumo_guard *);
+    /* A measurement (nx,) as it is to be used: angles next to what is predicted. */
+    const double *(*guard_unwound)(rumo_guard *, const double *x);
     /* Whether a measurement and all that is wanted (count,) can be used: OPTIMAL, or why not. `reach` (nx,): how far all
      * inputs can move each state over the next stages, NULL where not known. */
     rumo_status (*guard_admit)(rumo_guard *, const double *x, const double *reference, int count, const double *reach);
+    const double *(*guard_taken)(const rumo_guard *); /* that measurement as it is to be used: some readings are predicted */
+    const double *(*guard_health)(const rumo_guard *); /* (nx, 2), as in rumo_plan */
     /* Apply a candidate (u NULL: none) that came with *cause, else the plan before, else the safe input; returns the status of
      * what is applied. The cause becomes SOLVER_FAILED where a solution is none. */
     rumo_status (*guard_follow)(rumo_guard *, const double *u, const double *x, const double *inner, rumo_status *cause);

@@ -158,6 +158,14 @@
     DOUBLES(l2, s->constraints, 1, RUMO_NOT_NEGATIVE)                                         \
     DOUBLES(parameter_values, s->horizon, s->parameters, RUMO_FINITE)
 
+/* What is known of the measurement of each state. */
+#define RUMO_SENSORS_TABLE(COUNT, INTS, DOUBLES, STRUCT)                                              \
+    DOUBLES(turn, s->states, 1, RUMO_NOT_NEGATIVE)  /* that is no difference, of an angle; 0 of others */ \
+    DOUBLES(noise, s->states, 1, RUMO_NOT_NEGATIVE) /* standard deviation; 0 where not known */           \
+    DOUBLES(resolution, s->states, 1, RUMO_NOT_NEGATIVE)                                              \
+    DOUBLES(lowest, s->states, 1, RUMO_LOWER)       /* readings that there are */                         \
+    DOUBLES(highest, s->states, 1, RUMO_UPPER)
+
 /* The problem in raw units. */
 #define RUMO_PROBLEM_TABLE(COUNT, INTS, DOUBLES, STRUCT)                                                           \
     STRUCT(rumo_sizes, sizes)                                                                                      \
@@ -183,6 +191,8 @@
     DOUBLES(inner_nodes, RUMO_INNER, 1, RUMO_FINITE) /* and the share of the interval at which they lie */         \
     DOUBLES(algebraic_guess, s->algebraic, 1, RUMO_FINITE)                                                         \
     INTS(imposed, s->horizon, s->constraints)                                                                      \
+    STRUCT(rumo_sensors, sensors)                                                                                  \
+    INTS(output_states, s->outputs, 1) /* the angle that an output is, -1 for others */                            \
     STRUCT(rumo_numbers, numbers)
 
 /* What a guard must know of a problem. */
@@ -191,6 +201,7 @@
     STRUCT(rumo_shift, shift)                          \
     INTS(inner_signals, RUMO_INNER, 1)                 \
     DOUBLES(inner_nodes, RUMO_INNER, 1, RUMO_FINITE)   \
+    STRUCT(rumo_sensors, sensors)                      \
     STRUCT(rumo_bounds, bounds)
 
 /* All tables that consist of these kinds of members, in an order in which each comes after those it is made of. */
@@ -202,6 +213,7 @@
     TABLE(rumo_composition, RUMO_COMPOSITION_TABLE) \
     TABLE(rumo_shift, RUMO_SHIFT_TABLE)             \
     TABLE(rumo_blocking, RUMO_BLOCKING_TABLE)       \
+    TABLE(rumo_sensors, RUMO_SENSORS_TABLE)         \
     TABLE(rumo_bounds, RUMO_BOUNDS_TABLE)           \
     TABLE(rumo_numbers, RUMO_NUMBERS_TABLE)         \
     TABLE(rumo_problem, RUMO_PROBLEM_TABLE)         \

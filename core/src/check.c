@@ -209,6 +209,7 @@ RARE static rumo_fault check_problem(const rumo_problem *p) {
     TRY(check_composition(p));
     TRY(check_shift(&p->shift, p->inner_signals, s));
     TRY(check_blocking(&p->blocking, s));
+    TRY(check_words("", "output_states", p->output_states, s->outputs, 1, (ranges){-1, {s->states, 0, 0}}));
     return check_numbers(&p->numbers, p);
 }
 

@@ -31,6 +31,7 @@ struct rumo_controller {
     double *last_reference;  /* (N + 1, ny): wanted at the sample before, */
     double *expected;        /* and the same one sample later */
     int has_reference;
+    double *begins;          /* (ny,): where what is wanted began at the sample before */
     double last_step;        /* largest change of a free input in the iteration before, NaN if it is the sample's first */
     double *near_reach;      /* (nx,): over the stages of the gate, where the gate has to know */
     double straying;         /* of the last guess linearised about, see straying() */

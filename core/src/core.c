@@ -29,6 +29,9 @@
 #define guard_applied NULL
 #define guard_counts NULL
 #define admit NULL
+#define unwind NULL
+#define taken NULL
+#define health NULL
 #define drop_guess NULL
 #define follow_candidate NULL
 #define guard_state NULL
@@ -78,7 +81,10 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     rest,
     keep_guess,
     drop_guess,
+    unwind,
     admit,
+    taken,
+    health,
     follow_candidate,
     guard_state,
     program_size,

@@ -26,13 +26,15 @@ RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) 
     ctl->last_reference = alloc_doubles(a, (s.N + 1) * s.ny);
     ctl->expected = alloc_doubles(a, (s.N + 1) * s.ny);
     ctl->near_reach = alloc_doubles(a, s.nx);
+    ctl->begins = alloc_doubles(a, s.ny);
     lay_out_stages(a, &ctl->stages, own, p);
     solver_of(&p->sizes)->lay_out(a, &ctl->solving, own, p);
     ctl->step.dx = alloc_doubles(a, (ptrdiff_t)(s.N + 1) * s.ldx);
     ctl->step.du = alloc_doubles(a, s.N * s.nu);
     ctl->step.constraints = a->base ? plan_constraints(ctl) : NULL;
     ctl->broken = (rumo_conflict *)alloc(a, (size_t)(s.N * s.nc) * sizeof *ctl->broken);
-    const rumo_guard_data guarded = {own->sizes, own->shift, own->inner_signals, own->inner_nodes, own->numbers.bounds};
+    const rumo_guard_data guarded = {own->sizes,       own->shift,   own->inner_signals,
+                                     own->inner_nodes, own->sensors, own->numbers.bounds};
     lay_out_guard(a, &ctl->guard, &guarded);
     ctl->guard.u = plan_u(ctl);
     ctl->guard.x = a->base ? plan_x(ctl) : NULL;

@@ -7,6 +7,7 @@
 #include "guard/follow.c"
 #include "guard/gate.c"
 #include "guard/stray.c"
+#include "guard/turns.c"
 #include "settle.c"
 
 /* Put the guess aside, for another preparation of the same sample. */
@@ -75,23 +76,40 @@ RARE static void fill_reference(rumo_controller *ctl, const double *reference) {
         kept[i] = isfinite(reference[i]) ? reference[i] : i + ny < count ? kept[i + ny] : 0.0;
 }
 
-/* What is wanted can be expected at the next sample too, whatever the measurement is worth. */
-static int keep_reference(rumo_controller *ctl, const double *reference) {
+/* What is wanted of angles goes on from where it began before, or from the measurement, without jumps of a full turn. */
+static void unwind_reference(rumo_controller *ctl, const double *x) {
+    const int ny = ctl->s.ny;
+    for (int r = 0; r < ny; ++r) {
+        const int state = ctl->problem.output_states[r];
+        if (state < 0) continue;
+        double before = ctl->has_reference ? ctl->begins[r] : isfinite(x[state]) ? x[state] : ctl->last_reference[r];
+        for (int k = 0; k <= ctl->s.N; ++k) {
+            double *wanted = ctl->last_reference + k * ny + r;
+            before = *wanted = next_to(*wanted, ctl->problem.sensors.turn[state], before);
+        }
+        ctl->begins[r] = ctl->last_reference[r];
+    }
+}
+
+/* What is wanted can be expected at the next sample too, whatever the measurement x is worth. */
+static int keep_reference(rumo_controller *ctl, const double *reference, const double *x) {
     const int count = (ctl->s.N + 1) * ctl->s.ny;
     if (all_finite(reference, count)) copy(ctl->last_reference, reference, count);
     else if (is_usable(ctl, reference)) fill_reference(ctl, reference);
     else return 0;
+    unwind_reference(ctl, x);
     return ctl->has_reference = 1;
 }
 
-static rumo_status attempt(rumo_controller *ctl, const double *x, const double *given, rumo_plan *plan) {
+static rumo_status attempt(rumo_controller *ctl, const double *measured, const double *given, rumo_plan *plan) {
     const dims *s = &ctl->s;
-    const rumo_status finite = finite_sample(s->nx, x, keep_reference(ctl, given));
+    double *x = unwound(&ctl->guard, measured);
+    const rumo_status finite = finite_sample(&ctl->guard, x, keep_reference(ctl, given, x));
     if (finite != RUMO_OPTIMAL) return finite;
     const double *reference = ctl->last_reference;
-    if (is_near(&ctl->guard, x)) zero(ctl->near_reach, s->nx);
-    else solver_of(&ctl->problem.sizes)->reach(&ctl->solving, gate_stages(s), ctl->near_reach);
-    if (!plausible(&ctl->guard, x, ctl->near_reach)) return RUMO_BAD_MEASUREMENT;
+    const int near = is_near(&ctl->guard, x);
+    if (!near) solver_of(&ctl->problem.sizes)->reach(&ctl->solving, gate_stages(s), ctl->near_reach);
+    if (!plausible(&ctl->guard, x, near ? NULL : ctl->near_reach)) return RUMO_BAD_MEASUREMENT;
     ctl->last_step = NAN; /* a step at another sample says nothing of this one's iterations */
     const int guessed = ctl->guard.has_guess && (!ctl->still || is_plain(ctl));
     const rumo_status status = guessed ? try_guess(ctl, x, reference, plan) : try_start(ctl, x, reference, plan);
@@ -138,6 +156,8 @@ static void complete(rumo_controller *ctl, const double *x, const double *refere
     plan->conflict = NULL;
     const rumo_status status = attempt(ctl, x, reference, plan);
     conclude(ctl, status, plan);
+    plan->health = ctl->guard.health;
+    plan->symptoms = ctl->guard.symptoms;
     plan->prepare_seconds = ctl->prepare_seconds;
     plan->linearize_seconds = ctl->linearize_seconds;
     plan->feedback_seconds = seconds_now() - start;
@@ -153,7 +173,7 @@ static void feedback(rumo_controller *ctl, const double *x, const double *refere
 
 static void step(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
     ctl->end = end_of_step(ctl);
-    if (!ctl->guard.has_guess && all_finite(x, ctl->s.nx)) start_guess(ctl, x);
+    if (!ctl->guard.has_guess && all_finite(x, ctl->s.nx)) start_guess(ctl, unwound(&ctl->guard, x));
     const int was_prepared = ctl->prepared;
     if (!was_prepared) prepare_in_time(ctl);
     complete(ctl, x, reference, was_prepared, plan);

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     )
     from rumo.estimation import Butterworth, ExtendedKalman
     from rumo.grid import Grid, IncrementBlocks, InputBlocks, MoveBlocks
+    from rumo.measurements import Measurement
     from rumo.model import Algebraic, Model, Output, Parameter
     from rumo.plan import Plan
     from rumo.problem import Problem
@@ -88,6 +89,7 @@ __all__ = [
     "InputBlocks",
     "LinearTimeVarying",
     "LtvSettings",
+    "Measurement",
     "Model",
     "MoveBlocks",
     "NlpSettings",
@@ -128,6 +130,7 @@ _ROOMS = (
     "model",
     "grid",
     "terms",
+    "measurements",
     "problem",
     "plan",
     "discretization",

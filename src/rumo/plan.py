@@ -63,6 +63,31 @@ class Violation:
 
 
 @dataclass(frozen=True)
+class Symptom:
+    """A reading that was not used.
+
+    Attributes
+    ----------
+    state : str
+        Whose.
+    size : float
+        How far it is from the prediction, in standard deviations of what is usual; infinite if it is no number, or one
+        that its sensor cannot show.
+    duration : float
+        For how long it has been so [s].
+    """
+
+    state: str
+    size: float
+    duration: float
+
+    def __str__(self) -> str:
+        if self.size == np.inf:
+            return f"measured {self.state} is no reading, for {self.duration:.3g} s"
+        return f"measured {self.state} leaves the prediction by {self.size:.2g} sigma, for {self.duration:.3g} s"
+
+
+@dataclass(frozen=True)
 class Diagnostics:
     """How far a controller that linearises has come; NaN where nothing was solved, or there is nothing to compare with.
 
@@ -137,6 +162,8 @@ class Outcome(NamedTuple):
         Of the QP solver.
     conflict : list of tuple, or None
         Limits that cannot hold together: (kind, stage, index), see `rumo_conflict` in rumo_core.h.
+    health : sequence of float, or None
+        For each state how many deviations its reading is off, and for how many samples; 0 where nothing is wrong.
     """
 
     layout: PlanLayout
@@ -147,6 +174,7 @@ class Outcome(NamedTuple):
     waited: float
     iterations: int = 0
     conflict: Sequence[tuple[int, int, int]] | None = None
+    health: Sequence[float] | None = None
 
 
 class Plan:
@@ -196,6 +224,17 @@ class Plan:
             constraints,
         )
         return tuple(f"{kinds[kind][index]} at stage {stage}" for kind, stage, index in sorted(self._outcome[7] or ()))
+
+    @property
+    def health(self) -> tuple[Symptom, ...]:
+        """What is wrong with single readings of the measurement, which are held back: predicted, or believed later."""
+        problem, found = self.problem, self._outcome[8] or ()
+        pairs = zip(problem.model.states, found[::2], found[1::2], strict=bool(found))
+        return tuple(
+            Symptom(name, float(size), float(samples) * problem.sampling_time)
+            for name, size, samples in pairs
+            if samples
+        )
 
     @property
     def problem(self) -> Problem:

@@ -12,6 +12,7 @@ from rumo.checks import as_mapping, checked, checked_items, positive_number, who
 from rumo.draft import Draft
 from rumo.errors import ArgumentError, FrozenError
 from rumo.grid import Grid, MoveBlocks, blocks_of, stages_of
+from rumo.measurements import Measurement, sensor_numbers
 from rumo.model import Model
 from rumo.numbers import PathConstraint, ProblemNumbers, path_constraints
 from rumo.sealed import Sealed
@@ -63,6 +64,8 @@ class Problem(Sealed):
         Values of the model's parameters, on the whole horizon or on each interval; their defaults where not given.
     blocks : MoveBlocks, optional
         Intervals over which inputs, or their increments, are held; none if not given.
+    measurements : mapping of str to Measurement, optional
+        What is known of the measurement of some states.
 
     Attributes
     ----------
@@ -74,6 +77,8 @@ class Problem(Sealed):
         All that `changed` can change; its arrays are attributes of the problem too, such as `parameters` (N, np_).
     constraints : tuple of PathConstraint
         Path constraints given by expressions, then the bounds of states.
+    sensors : SensorNumbers
+        What is known of the measurement of each state; `sensors.turn` is 2 pi where it is an angle.
 
     Raises
     ------
@@ -107,6 +112,7 @@ class Problem(Sealed):
         safe_input: Mapping[str, float] | None = None,
         parameters: Mapping[str, ArrayLike] | None = None,
         blocks: MoveBlocks | None = None,
+        measurements: Mapping[str, Measurement] | None = None,
     ) -> None:
         self.model = checked(model, "model", Model)
         self.sampling_time = positive_number(sampling_time, "sampling_time")
@@ -146,6 +152,7 @@ class Problem(Sealed):
             rows=rows_of(model, self.horizon, bounds, constraints),
             limited=limited_moves(model, move_bounds),
         )
+        self.sensors = sensor_numbers(self._structure, measurements)
         self.constraint_names = Signals({row.name: row.unit for row in self._structure.rows}, "constraints")
         draft = Draft(self._structure)
         for weights, argument in ((track, "track"), (moves, "moves")):

@@ -23,6 +23,7 @@ LEAVES = [
     "interrupts",
     "expressions",
     "graphs",
+    "turns",
 ]
 ROOMS = [
     "model",
@@ -31,6 +32,7 @@ ROOMS = [
     "structure",
     "numbers",
     "draft",
+    "measurements",
     "problem",
     "discretization",
     "kernel",

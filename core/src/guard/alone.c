@@ -7,6 +7,7 @@
 #include "guard/follow.c"
 #include "guard/gate.c"
 #include "guard/stray.c"
+#include "guard/turns.c"
 #include "rules.c"
 
 static void lay_out_alone(arena *a, rumo_guard *g, const rumo_guard_data *data) {
@@ -49,11 +50,18 @@ static rumo_fault update_guard(rumo_guard *g, const rumo_bounds *given) {
     return fault;
 }
 
-static rumo_status admit(rumo_guard *g, const double *x, const double *reference, int count, const double *reach) {
-    const rumo_status status = finite_sample(g->s.nx, x, all_finite(reference, count));
+static rumo_status admit(rumo_guard *g, const double *measured, const double *reference, int count, const double *reach) {
+    double *x = unwound(g, measured);
+    const rumo_status status = finite_sample(g, x, all_finite(reference, count));
     if (status != RUMO_OPTIMAL) return status;
     return plausible(g, x, reach) ? RUMO_OPTIMAL : RUMO_BAD_MEASUREMENT;
 }
+
+static const double *taken(const rumo_guard *g) { return g->taken; }
+
+static const double *health(const rumo_guard *g) { return g->health; }
+
+static const double *unwind(rumo_guard *g, const double *x) { return unwound(g, x); }
 
 static void drop_guess(rumo_guard *g) { g->has_guess = g->resting = 0; }
 

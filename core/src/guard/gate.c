@@ -6,73 +6,206 @@
 
 /* Repeated samples are suspicious only after so many that differed: some callers always pass the same. */
 #define GATE_CHANGES 5
-/* And only if the prediction has left them by more than this share of the gate's unit. */
+/* And only if the prediction has left them by more than this share of the gate's unit, */
 #define GATE_MOTION 1e-3
+/* and, since they stay, by more than so many of the smallest differences that the sensor shows. */
+#define GATE_STEPS 1.25
+/* Innovations are known after so many samples. */
+#define GATE_LEARNED 40
+/* Until then an innovation below this is no fault: where inputs can do nothing there is nothing to compare noise with. */
+#define GATE_FLOOR 0.1
+/* Widths of what is usual, over the gate's own: in medians of innovations (eight deviations for a width of 5), in deviations
+ * that a sensor is said to have, and in units of what the inputs can do. */
+#define GATE_MEDIANS 2.4
+#define GATE_DEVIATIONS 2.0
+#define GATE_SHARE 0.01
+/* In a skid innovations grow; a fault comes at once. */
+#define GATE_GROWTH 2.5
+/* A prediction that moves on is wrong by a share of that. */
+#define GATE_MOVED 0.25
+
+/* Whether there is such a reading. */
+static inline int is_possible(const rumo_guard *g, const double *x, int r) {
+    return isfinite(x[r]) && x[r] >= g->data.sensors.lowest[r] && x[r] <= g->data.sensors.highest[r];
+}
+
+static inline int is_repeated(const rumo_guard *g, const double *x) {
+    return g->has_last && memcmp(x, g->last_x, (size_t)g->s.nx * sizeof *x) == 0;
+}
+
+/* Up to where an innovation is no surprise, whatever the inputs can do: as those were that went before. */
+static inline double known(const rumo_guard *g, int r) {
+    const rumo_sensors *sensors = &g->data.sensors;
+    const double told = GATE_DEVIATIONS * g->gate_width * sensors->noise[r] + 2.0 * sensors->resolution[r];
+    if (g->learned < GATE_LEARNED) return told > 0.0 ? told : GATE_FLOOR;
+    return larger(GATE_MEDIANS * g->gate_width * g->median[r], told);
+}
+
+/* The same where nothing else of the sample is suspicious: more while innovations grow, or the plan moves. */
+static inline double usual(const rumo_guard *g, int r) {
+    const double grown = g->learned < GATE_LEARNED ? 0.0 : GATE_GROWTH * g->before[r];
+    return larger(known(g, r), grown) + GATE_MOVED * g->moved[r];
+}
+
+/* How far the plan moves a state until a stage of the gate. */
+static double span(const rumo_guard *g, int r) {
+    double far = 0.0;
+    for (int k = 1; k <= gate_stages(&g->s); ++k)
+        far = larger(far, fabs(g->next_x[k * g->s.nx + r] - g->next_x[r]));
+    return far;
+}
+
+/* The widest that is plausible, in terms of the gate's unit: until innovations are known, the gate is wide. */
+static inline double widest(const rumo_guard *g, int r, double unit, int suspicious) {
+    const double share = g->learned < GATE_LEARNED ? 1.0 : GATE_SHARE;
+    const double wide = share * g->gate_width * unit;
+    if (g->learned < GATE_LEARNED || !suspicious) return larger(usual(g, r), wide);
+    return 0.5 * larger(known(g, r), wide); /* a good reading that is predicted costs little */
+}
+
+/* Whether some reading is implausible. */
+static int is_suspicious(const rumo_guard *g, const double *x, const double *reach) {
+    for (int r = 0; r < g->s.nx; ++r) {
+        if (!is_possible(g, x, r)) return 1;
+        const double innovation = fabs(x[r] - g->next_x[r]);
+        if (reach[r] > 0.0 && innovation > widest(g, r, reach[r] + span(g, r), 0)) return 1;
+    }
+    return 0;
+}
 
 /* Whether a measurement is plausible however little the inputs can do: what they can then need not be known. */
 static int is_near(const rumo_guard *g, const double *x) {
-    const int nx = g->s.nx;
     if (isinf(g->gate_width) || !g->has_next) return 1;
-    if (g->has_last && memcmp(x, g->last_x, (size_t)nx * sizeof *x) == 0) return 0;
-    for (int r = 0; r < nx; ++r) {
-        const double innovation = fabs(x[r] - g->next_x[r]);
-        int k = gate_stages(&g->s); /* where the plan is most likely to have moved on by as much */
-        while (k > 0 && !(innovation <= g->gate_width * fabs(g->next_x[k * nx + r] - g->next_x[r]))) --k;
-        if (k == 0 && innovation > 0.0) return 0;
+    if (is_repeated(g, x)) return 0;
+    for (int r = 0; r < g->s.nx; ++r) {
+        if (g->held[r] || !is_possible(g, x, r)) return 0;
+        if (fabs(x[r] - g->next_x[r]) > usual(g, r)) return 0;
     }
     return 1;
 }
 
-/* Whether a measurement can be. Held back are samples outside a wide gate around the prediction, and samples that repeat
- * the one before in every state although the prediction has moved; both are believed when they go on for too long.
- *
- * The gate's width is in units of how far the inputs can move a state over the next stages (reach: (nx,), NULL where not
- * known; a state with a reach of 0 has nothing to compare with), plus how far the plan does.
- */
-static int plausible(rumo_guard *g, const double *x, const double *reach) {
-    const int nx = g->s.nx;
-    const double width = g->gate_width;
-    if (isinf(width) || !g->has_next || !reach) return 1;
-    const int repeated = g->has_last && memcmp(x, g->last_x, (size_t)nx * sizeof *x) == 0;
-    int expected = 1, agrees = g->implausible > 0, moved = 0;
-    for (int r = 0; r < nx; ++r) {
-        const double innovation = fabs(x[r] - g->next_x[r]);
-        if (reach[r] == 0.0) continue;
-        /* Most samples are near enough without. */
-        if (!repeated && !agrees && innovation <= width * reach[r]) continue;
-        double span = 0.0;
-        for (int k = 1; k <= gate_stages(&g->s); ++k) span = larger(span, fabs(g->next_x[k * nx + r] - g->next_x[r]));
-        const double unit = reach[r] + span;
-        expected &= innovation <= width * unit;
-        agrees &= fabs(x[r] - g->suspect[r]) <= width * unit;
-        moved |= innovation > GATE_MOTION * unit;
-    }
-    int *const count = expected ? &g->repeats : &g->implausible;
-    if (expected) {
-        g->implausible = 0;
-        if (!repeated) {
-            copy(g->last_x, x, nx);
-            g->has_last = 1;
-            g->repeats = 0;
-            if (g->changes < GATE_CHANGES) ++g->changes;
-            return 1;
+/* A running median: each sample moves it by a factor, however far off it is. */
+static void learn(rumo_guard *g, int r, double innovation, double limit) {
+    const double step = g->learned < GATE_LEARNED ? 1.25 : 1.05;
+    const double least = 1e-9 * fabs(g->next_x[r]) + 1e-12;
+    if (g->learned == 0) g->median[r] = smaller(innovation, limit) / (GATE_MEDIANS * 5.0);
+    else g->median[r] *= innovation > g->median[r] ? step : 1.0 / step;
+    g->median[r] = larger(g->median[r], least);
+}
+
+/* Take a sample over, for what is said of the next: the smallest step of each sensor among others. */
+static void remember(rumo_guard *g, const double *x) {
+    for (int r = 0; r < g->s.nx; ++r) {
+        const double step = g->has_last ? fabs(x[r] - g->last_x[r]) : 0.0;
+        if (step > 0.0) {
+            if (!(g->smallest[r] > 0.0 && g->smallest[r] <= step)) g->smallest[r] = step;
+            g->stayed[r] = 0.0;
         }
-        if (!moved || g->changes < GATE_CHANGES) return 1;
-        ++g->repeats;
-    } else {
-        copy(g->suspect, x, nx);
-        g->implausible = agrees ? g->implausible + 1 : 1;
+        g->last_x[r] = x[r];
     }
-    if (*count <= g->gate_patience) return 0;
-    *count = 0;
-    if (expected) g->changes = 0;
-    g->has_guess = 0; /* what was predicted is wrong */
+    g->has_last = 1;
+    g->repeats = 0;
+    if (g->changes < GATE_CHANGES) ++g->changes;
+}
+
+/* Whether a sample that repeats the last one is frozen: the prediction has moved by what the sensors show. */
+static int is_frozen(rumo_guard *g, const double *x, const double *reach) {
+    int moved = 0;
+    for (int r = 0; r < g->s.nx; ++r) {
+        if (reach[r] == 0.0) continue;
+        const double innovation = fabs(x[r] - g->next_x[r]);
+        g->stayed[r] += innovation;
+        const double shown = GATE_STEPS * larger(g->data.sensors.resolution[r], g->smallest[r]);
+        moved |= innovation > GATE_MOTION * (reach[r] + span(g, r)) && g->stayed[r] > shown;
+    }
+    return moved && g->changes == GATE_CHANGES;
+}
+
+/* Whether a state's reading is held back: it is far from the prediction, and has not been so for long. */
+static int is_held(rumo_guard *g, const double *x, int r, double limit, double agreement, int *believed) {
+    if (!is_possible(g, x, r)) return 1;
+    if (fabs(x[r] - g->next_x[r]) <= limit) return g->held[r] = 0;
+    const int agrees = g->held[r] > 0 && fabs(x[r] - g->suspect[r]) <= agreement;
+    g->held[r] = agrees ? g->held[r] + 1 : 1;
+    g->suspect[r] = x[r];
+    if (g->held[r] <= g->gate_patience) return 1;
+    *believed = 1;
+    return g->held[r] = 0;
+}
+
+/* A share of normal innovations' deviation that is their median size. */
+#define GATE_NORMAL 0.6745
+
+/* Say of a reading that it is held back: how many deviations it is off, and for how many samples it has been. */
+static void complain(rumo_guard *g, int r, double innovation, int samples) {
+    g->health[2 * r] = GATE_NORMAL * innovation / g->median[r];
+    g->health[2 * r + 1] = samples;
+    ++g->symptoms;
+}
+
+/* Whether a measurement is used: x (nx,), in which readings that are held back become what is predicted.
+ *
+ * Held back is what cannot be: readings that are farther from the prediction than is usual, and than a share of what inputs
+ * can do; until it is known what is usual, far beyond all that inputs can do over the next stages (reach: (nx,), NULL where
+ * not known; a state with a reach of 0 has nothing to compare with), plus how far the plan goes. Where half of all readings
+ * are, or where a sample repeats the one before in every state although the prediction has moved, none is used. All are
+ * believed when they go on for too long.
+ */
+static int plausible(rumo_guard *g, double *x, const double *reach) {
+    const int nx = g->s.nx, no_gate = isinf(g->gate_width) || !g->has_next;
+    if (no_gate) return 1;
+    if (is_near(g, x) || !reach) {
+        for (int r = 0; r < nx; ++r) {
+            const double innovation = fabs(x[r] - g->next_x[r]);
+            learn(g, r, innovation, innovation);
+            g->before[r] = innovation;
+            g->held[r] = 0;
+        }
+        g->missing = 0;
+        if (!is_repeated(g, x)) remember(g, x);
+        if (g->learned < GATE_LEARNED) ++g->learned;
+        return 1;
+    }
+    const int suspicious = is_suspicious(g, x, reach);
+    int judged = 0, bad = 0, believed = 0, missing = 0;
+    for (int r = 0; r < nx; ++r) {
+        const double innovation = fabs(x[r] - g->next_x[r]), unit = reach[r] + span(g, r);
+        const double limit = widest(g, r, unit, suspicious), agreement = widest(g, r, unit, 0) + g->moved[r];
+        const int possible = is_possible(g, x, r), there = reach[r] > 0.0 || !possible;
+        missing |= !possible;
+        g->out[r] = there && is_held(g, x, r, limit, agreement, &believed);
+        judged += there;
+        bad += g->out[r];
+        if (g->out[r]) complain(g, r, possible ? innovation : INFINITY, possible ? g->held[r] : g->missing + 1);
+        if (possible) learn(g, r, innovation, limit);
+        if (!g->out[r]) g->before[r] = innovation;
+    }
+    if (g->learned < GATE_LEARNED) ++g->learned;
+    if (bad && 2 * bad >= judged) return 0;
+    /* The plan, of which predictions are, is good for so many samples. */
+    g->missing = missing ? g->missing + 1 : 0;
+    if (g->missing >= g->s.N - g->s.d) return 0;
+    if (believed) g->has_guess = 0; /* what was predicted is wrong */
+    if (!is_repeated(g, x)) {
+        if (!bad) remember(g, x);
+    } else if (is_frozen(g, x, reach)) {
+        if (++g->repeats <= g->gate_patience) return 0;
+        g->repeats = g->changes = 0;
+        g->has_guess = 0;
+    }
+    for (int r = 0; r < nx; ++r)
+        if (g->out[r]) x[r] = g->next_x[r];
     return 1;
 }
 
-/* Whether a sample is one that can be used: OPTIMAL, or why not. */
-static inline rumo_status finite_sample(int nx, const double *x, int reference_is_finite) {
-    if (!all_finite(x, nx)) return RUMO_BAD_MEASUREMENT;
+/* Whether a sample is one that can be used, as far as its numbers say: OPTIMAL, or why not. */
+static rumo_status finite_sample(rumo_guard *g, const double *x, int reference_is_finite) {
+    int impossible = 0;
+    if (g->symptoms) zero(g->health, 2 * g->s.nx);
+    g->symptoms = 0;
+    for (int r = 0; r < g->s.nx; ++r) impossible += !is_possible(g, x, r);
+    const int gated = g->has_next && !isinf(g->gate_width);
+    if (impossible && (!gated || 2 * impossible >= g->s.nx)) return RUMO_BAD_MEASUREMENT;
     return reference_is_finite ? RUMO_OPTIMAL : RUMO_BAD_REFERENCE;
 }
 

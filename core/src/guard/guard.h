@@ -25,9 +25,18 @@ struct rumo_guard {
     int blameless;                        /* a guess at rest has failed too: the shifted plan is not to blame */
     int settled, settles;                 /* whether the last guess satisfied the dynamics, and the one prepared does */
 
-    int implausible, repeats;             /* samples in a row that the gate has held back, and why */
-    int changes, has_last;                /* plausible samples that differed from the one before, up to GATE_CHANGES */
-    double *suspect, *last_x;             /* (nx,): the last implausible and the last plausible sample */
+    double *taken;                        /* (nx,): the measurement as it is used */
+    double *last_x;                       /* (nx,): the last plausible sample, */
+    int has_last, changes, repeats;       /* how many differed from the one before, up to GATE_CHANGES, or did not */
+    double *smallest, *stayed;            /* (nx,): smallest difference of readings, and how far they should have moved */
+    int learned;                          /* samples from which it is known what is usual, up to GATE_LEARNED */
+    double *median, *before;              /* (nx,): of innovations, and the last of a reading that was used */
+    double *moved;                        /* (nx,): how far the plan moves until the next sample */
+    double *suspect;                      /* (nx,): the last reading that was held back, */
+    int *held, *out;                      /* how often in a row it was, and whether the present one is */
+    double *health;                       /* (nx, 2): of those held back, deviations and samples; else 0 */
+    int symptoms;
+    int missing;                          /* samples in a row with a reading that cannot be */
 
     double *rows, *next_rows;             /* (N, ni): for callers of a guard by itself */
 };
@@ -40,8 +49,12 @@ static void lay_out_guard(arena *a, rumo_guard *g, const rumo_guard_data *data) 
     g->next_x = alloc_doubles(a, (s.N + 1) * s.nx);
     g->next_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     g->applied = alloc_doubles(a, decided_inputs(&s) * s.nu);
-    g->suspect = alloc_doubles(a, s.nx);
-    g->last_x = alloc_doubles(a, s.nx);
+    double **const of_states[] = {&g->taken,  &g->last_x, &g->smallest, &g->stayed,
+                                  &g->median, &g->before, &g->moved,    &g->suspect};
+    for (size_t i = 0; i < sizeof of_states / sizeof *of_states; ++i) *of_states[i] = alloc_doubles(a, s.nx);
+    g->held = alloc_ints(a, s.nx);
+    g->health = alloc_doubles(a, 2 * s.nx);
+    g->out = alloc_ints(a, s.nx);
 }
 
 static void configure_guard(rumo_guard *g, const rumo_settings *settings) {
@@ -52,7 +65,13 @@ static void configure_guard(rumo_guard *g, const rumo_settings *settings) {
 RARE static void reset_guard(rumo_guard *g) {
     const int nu = g->s.nu;
     g->has_next = g->inputs_left = g->has_guess = g->resting = g->blameless = g->settled = g->settles = 0;
-    g->implausible = g->repeats = g->changes = g->has_last = 0;
+    zero(g->health, 2 * g->s.nx);
+    g->symptoms = 0;
+    g->repeats = g->changes = g->has_last = g->learned = g->missing = 0;
+    for (int r = 0; r < g->s.nx; ++r) {
+        g->smallest[r] = g->stayed[r] = g->median[r] = g->before[r] = g->moved[r] = 0.0;
+        g->held[r] = g->out[r] = 0;
+    }
     for (int k = 0; k < decided_inputs(&g->s); ++k) copy(g->applied + k * nu, g->data.bounds.safe_input, nu);
     memset(g->counts, 0, sizeof g->counts);
 }

@@ -15,19 +15,23 @@ from rumo.plan import INTEGRATOR_TOLERANCE
 
 @dataclass(frozen=True)
 class InnovationGate:
-    """Holds back measurements that cannot be: far from the prediction, or frozen.
+    """Holds back readings that cannot be: far from the prediction, not finite, out of range, or frozen.
 
-    A state's gate is `width` times what all inputs together can move it over the next 15 stages, plus what the plan
-    does. A sample is frozen if it repeats the one before in every state, although the plan moves on, after at least
-    five that did not. Both count as `Status.BAD_MEASUREMENT`. The gate cannot lock itself out: more than `patience`
-    samples in a row that agree with each other are believed, and without a plan there is no gate.
+    It learns what is usual: until 40 samples are known, a reading may be off by `width` times what all inputs together
+    can move its state over the next 15 stages, plus what the plan does; from then on by 2.4 `width` times the running
+    median of its innovations (eight standard deviations), or a hundredth of what it was before; and always by 2 `width`
+    times the noise that `Problem(measurements=...)` states. A reading that is held back is predicted, and the rest of
+    the sample is used, within half these limits. Where half of them are, or where a sample repeats the one before in
+    every state although the plan moves on by more than sensors resolve, none is: `Status.BAD_MEASUREMENT`. The gate
+    cannot lock itself out: more than `patience` readings in a row that agree with each other are believed, and without
+    a plan there is no gate.
 
     Parameters
     ----------
     width : float
         Half-width of the gate.
     patience : int
-        Number of consecutive implausible samples that are held back.
+        Number of consecutive implausible readings that are held back.
     """
 
     width: float = 5.0

@@ -156,12 +156,19 @@ def describe(
     }
     numbers = {"constraint_limits": np.zeros(sizes["constraints"])}
     numbers |= {name: values[name] for name in NUMBERS if name in values}
+    description |= nothing_known(sizes) | {"output_states": np.full(sizes["outputs"], -1)}
     description |= dict(values) | as_numbers(sizes, numbers)
     for member in members("rumo_problem"):
         if member.kind in ("ints", "doubles"):
             kind = np.int32 if member.kind == "ints" else np.float64
             description[member.name] = np.ascontiguousarray(description[member.name], dtype=kind)
     return Description(tuple(int(description[name]) for name in SIZES), stage.tape, inner_tape, description)
+
+
+def nothing_known(sizes: Mapping[str, int]) -> dict[str, Array]:
+    """Members of `rumo_sensors` that say nothing."""
+    values = {"turn": 0.0, "noise": 0.0, "resolution": 0.0, "lowest": -np.inf, "highest": np.inf}
+    return {f"sensors_{name}": np.full(sizes["states"], value) for name, value in values.items()}
 
 
 def as_numbers(sizes: Mapping[str, int], values: Mapping[str, Array]) -> dict[str, Array]:

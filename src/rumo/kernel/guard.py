@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rumo.kernel._core import Guard as _Guard
-from rumo.kernel.description import BOUNDS, SIZES, as_numbers, members
+from rumo.kernel.description import BOUNDS, SIZES, as_numbers, members, nothing_known
 from rumo.kernel.settings import Settings
 from rumo.signals import Array
 from rumo.status import STATUSES, Status
@@ -37,7 +37,8 @@ class Guard:
     values : mapping of str to ndarray
         `shift_stages`, `shift_shares`, `shift_intervals`: where the next sample's intervals lie on this horizon;
         `inner_signals`, `inner_nodes` (ni,): what the other unknowns are and where in their interval; `input_lower`,
-        `input_upper` (nu,) or (N, nu), `move_lower`, `move_upper`, `safe_input` (nu,). Others are not looked at.
+        `input_upper` (nu,) or (N, nu), `move_lower`, `move_upper`, `safe_input` (nu,); what is known of sensors, as
+        `sensors_turn` (nx,). Others are not looked at.
     settings : Settings
         Of these, the gate's.
 
@@ -59,6 +60,8 @@ class Guard:
             if member.kind in ("ints", "doubles"):
                 kind = np.int32 if member.kind == "ints" else np.float64
                 array = numbers.get(member.name, values.get(member.name))
+                if array is None and member.name.startswith("sensors_"):
+                    array = nothing_known(self._sizes)[member.name]
                 given[member.name] = np.ascontiguousarray(array, dtype=kind)
         self._guard = _Guard(given, asdict(settings))
         N, nx, nu = self._sizes["horizon"], self._sizes["states"], self._sizes["inputs"]
@@ -131,6 +134,26 @@ class Guard:
         wanted = np.ascontiguousarray(reference, dtype=float)
         reached = None if reach is None else np.ascontiguousarray(reach, dtype=float)
         return STATUSES[self._guard.admit(np.ascontiguousarray(x, dtype=float), wanted, wanted.size, reached)]
+
+    @property
+    def taken(self) -> Array:
+        """The measurement (nx,) that was admitted, as it is to be used: what is held back of it is predicted."""
+        x = np.empty(self._sizes["states"])
+        self._guard.taken(x)
+        return x
+
+    @property
+    def health(self) -> Array:
+        """Of the readings held back: how many deviations off, and for how many samples (2 nx,); 0 of others."""
+        symptoms = np.empty(2 * self._sizes["states"])
+        self._guard.health(symptoms)
+        return symptoms
+
+    def unwound(self, x: Array) -> Array:
+        """A measurement (nx,) with its angles next to what is predicted."""
+        taken = np.empty(self._sizes["states"])
+        self._guard.unwound(np.ascontiguousarray(x, dtype=float), taken)
+        return taken
 
     def follow(self, candidate: Trajectory | None, cause: Status) -> tuple[Status, Status]:
         """Apply what a solver came to, or what is followed without it; the plan is in `plan` then.

@@ -63,6 +63,7 @@ def core_problem(transcription: Transcription, solver: str = "auto") -> Descript
     blocking = {"block": blocks.block_of, "share": blocks.shares(), "part": blocks.parts()}
     for name, array in blocking.items():  # of all intervals; those before the first free one have none
         values[f"blocking_{name}"] = np.concatenate([np.zeros(problem.delay, array.dtype), array])
+    values["output_states"] = problem.sensors.output_states
     values |= {"imposed": transcription.imposed, "algebraic_guess": model.algebraic_guess}
     return describe(stage_program(transcription), sizes, values, maps=sweeps(problem, solver))
 
@@ -129,7 +130,8 @@ def _sizes(problem: Problem) -> dict[str, int]:
 
 
 def _placed(transcription: Transcription) -> dict[str, Array]:
-    """Where intervals are after a sample, and unknowns within them."""
+    """Where intervals are after a sample, and unknowns within them; what is known of sensors."""
     shift = Shift(transcription)
     values = {f"shift_{name}": getattr(shift, name) for name in ("stages", "shares", "intervals")}
+    values |= {f"sensors_{name}": array for name, array in transcription.problem.sensors.arrays.items()}
     return values | {"inner_signals": transcription.inner_signals, "inner_nodes": transcription.inner_nodes}

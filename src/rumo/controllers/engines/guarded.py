@@ -47,6 +47,7 @@ class Guarded:
         self._guard = guard_of(method.transcription, settings)
         self._guess: Trajectory | None = None  # where the next step linearises or starts from
         self._wanted: Mapping[str, Array] | None = None  # the last reference
+        self._begins: dict[str, float] = {}  # where that of each angle began
         self._prepared, self._prepare_time = False, 0.0
         self._conflict: list[tuple[int, int, int]] = []  # hard constraints that the last solution exceeded
         self._problem = method.transcription.problem
@@ -78,6 +79,7 @@ class Guarded:
             self._guard.reset()
             self._guard.applied = applied
             self._guess = self._wanted = None
+            self._begins = {}
             self._prepared, self._prepare_time = False, 0.0
             self.method.reset()
 
@@ -123,7 +125,7 @@ class Guarded:
             measurement, window = self._checked(x, reference)
             checking = perf_counter() - start
             if not self._guard.has_guess and np.isfinite(measurement).all():
-                self.rest(measurement)
+                self.rest(self._guard.unwound(measurement))
             before = 0.0
             if not self._prepared:
                 self._prepare_in_time()
@@ -189,13 +191,15 @@ class Guarded:
     def _attempt(self, x: Array, window: Mapping[str, Array]) -> tuple[Candidate | None, Status]:
         """What the method comes to, if the measurement can be used, and how far it got."""
         self._conflict = []
-        window = self._filled(window)
+        x = self._guard.unwound(x)
+        window = self._unwound(self._filled(window), x)
         wanted = np.concatenate([window[name] for name in self.method.signals if name in window])
         if np.isfinite(wanted).all():
             self._wanted = window
         admitted = self._guard.admit(x, wanted, self.method.reach())
         if admitted is not Status.OPTIMAL:
             return None, admitted
+        x = self._guard.taken
         guess = self._guess
         if guess is None or not self._guard.has_guess:  # what was predicted is wrong
             return self._solved(x, window, None)
@@ -233,6 +237,18 @@ class Guarded:
                 filled[name] = values[:-1]
         return filled
 
+    def _unwound(self, window: Mapping[str, Array], x: Array) -> Mapping[str, Array]:
+        """The window; angles go on from where they began before, or from the measurement, without jumps of a turn."""
+        unwound, states = dict(window), self._problem.model.states
+        for name in (name for name in self.method.signals if name in states and name in window):
+            i = states.index(name)
+            if self._problem.sensors.turn[i] and np.isfinite(window[name]).all():
+                before = self._begins.get(name, float(x[i]))
+                start = before if np.isfinite(before) else window[name][0]
+                unwound[name] = np.unwrap(np.r_[start, window[name]])[1:]
+                self._begins[name] = unwound[name][0]
+        return unwound
+
     def _assessed(self, candidate: Candidate) -> Status:
         """A candidate's status, lowered to SOFT_VIOLATED where soft constraints exceed 0."""
         soft = np.isfinite(self._problem.numbers.l1)
@@ -261,6 +277,7 @@ class Guarded:
         parts = applied.u, applied.x, constraints, applied.inner[:, : len(problem.model.algebraic)], diagnostics
         numbers = np.concatenate([part.ravel() for part in parts])
         ranks = STATUSES.index(status), STATUSES.index(cause)
-        feedback, conflict = perf_counter() - start, self._conflict or None
+        feedback, conflict, health = perf_counter() - start, self._conflict or None, self._guard.health
         times = self._prepare_time, feedback, before + feedback
-        return Plan(numbers, Outcome(self._layout, *ranks, *times, conflict=conflict))
+        said = health.tolist() if health.any() else None
+        return Plan(numbers, Outcome(self._layout, *ranks, *times, conflict=conflict, health=said))

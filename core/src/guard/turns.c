@@ -1,0 +1,21 @@
+/* Angles: full turns are no difference. */
+#ifndef RUMO_TURNS_C
+#define RUMO_TURNS_C
+
+#include "guard/guard.h"
+
+/* The same angle, as near to another number as can be; where turn is 0 it is no angle. */
+static inline double next_to(double angle, double turn, double to) {
+    const double apart = angle - to;
+    if (!(fabs(apart) > 0.5 * turn) || turn == 0.0) return angle;
+    return angle - turn * floor(apart / turn + 0.5);
+}
+
+/* The measurement with its angles next to what is predicted or, without a plan, to the last plausible sample. */
+static double *unwound(rumo_guard *g, const double *x) {
+    const double *to = g->has_next ? g->next_x : g->has_last ? g->last_x : x;
+    for (int r = 0; r < g->s.nx; ++r) g->taken[r] = next_to(x[r], g->data.sensors.turn[r], to[r]);
+    return g->taken;
+}
+
+#endif
