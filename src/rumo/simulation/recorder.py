@@ -20,7 +20,7 @@ from rumo.simulation.computed import limits_at, outputs_and_constraints
 from rumo.simulation.foreign import ForeignPlant, PlantLike, as_plant
 from rumo.simulation.plant import Plant
 from rumo.simulation.sample import Sample
-from rumo.simulation.variables import OTHERS, SKIPPED, TIMES, VARIABLES
+from rumo.simulation.variables import OTHERS, SKIPPED, TIMES, UNITLESS, VARIABLES
 from rumo.version import __version__
 
 if TYPE_CHECKING:
@@ -175,7 +175,7 @@ class Recorder:
         for name, (dims, meaning) in VARIABLES.items():
             attributes = {"long_name": meaning}
             if dims:
-                attributes["units"] = _unit_list(self._signals[dims[-1]])
+                attributes["units"] = "1" if name in UNITLESS else _unit_list(self._signals[dims[-1]])
             data[name] = (("time", *dims), columns[name], attributes)
         for name in TIMES:
             data[name] = (("time",), self._column(name), {"units": "s", "long_name": name})
@@ -262,6 +262,7 @@ def _of_plan(plan: Plan | None) -> dict[str, Any]:
         "predicted_inputs": plan.u.values,
         "constraints": plan.constraints.values,
         "slacks": plan.slacks.values,
+        "health": _health(plan),
         "status": plan.status.name,
         "cause": plan.cause.name,
         "prepare_time": plan.timings.prepare,
@@ -269,6 +270,14 @@ def _of_plan(plan: Plan | None) -> dict[str, Any]:
         "step_time": plan.timings.total,
         "waited_time": plan.timings.waited,
     }
+
+
+def _health(plan: Plan) -> Array:
+    """Sizes of the symptoms of readings held back (nx,), 0 where there is none."""
+    states, sizes = plan.problem.model.states, np.zeros(len(plan.problem.model.states))
+    for symptom in plan.health:
+        sizes[states.index(symptom.state)] = symptom.size
+    return sizes
 
 
 def _unit_list(signals: Signals) -> str:

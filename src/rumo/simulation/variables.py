@@ -18,6 +18,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "slacks": (("interval", "constraint"), "violation of the path constraints at the interval's end"),
     "status": ((), "outcome of the step"),
     "cause": ((), "what kept the step from being solved"),
+    "health": (("state",), "how far a reading that was held back is from the prediction, in usual deviations; else 0"),
     "received": (("state",), "measured states as they arrived, faults included"),
     "measured_outputs": (("measured_output",), "further measurements"),
     "received_outputs": (("measured_output",), "further measurements as they arrived, faults included"),
@@ -30,6 +31,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "parameters": (("interval", "model_parameter"), "parameters of the controller's model, as it believes"),
 }
 """Dimensions after time, and meaning."""
+UNITLESS = ("health",)
+"""Of these: in no unit, whatever is the signal's."""
 TIMES = ("prepare_time", "feedback_time", "step_time", "waited_time")
 OTHERS = ("plant", "disturbance", "received", "parameters", "estimated_deviation", "true_states", "true_outputs")
 """What loops may know besides."""
