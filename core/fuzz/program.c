@@ -40,7 +40,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const rumo_qp_data d = {n, rows, hessian, gradient, lower, upper, matrix, row_lower, row_upper, l1, l2};
     const rumo_settings settings = {.qp_iterations = take_below(&s, 2) ? 200 : take_below(&s, 8),
                                     .qp_tolerance = 1e-10,
-                                    .qp_seconds = (double)INFINITY};
+                                    .seconds = (double)INFINITY};
     void *memory = malloc(rumo_core.qp_size(n, rows));
     double *v = calloc((size_t)n, sizeof *v), *multipliers = calloc((size_t)all, sizeof *multipliers);
     int *conflict = calloc((size_t)all, sizeof *conflict);

@@ -22,7 +22,7 @@ static const rumo_settings usual = {.sqp_iterations = 1,
                                     .trusted_step = (double)INFINITY,
                                     .qp_iterations = 1000,
                                     .qp_tolerance = 1e-10,
-                                    .qp_seconds = (double)INFINITY,
+                                    .seconds = (double)INFINITY,
                                     .gate_width = 3.0,
                                     .gate_patience = 8};
 

@@ -40,7 +40,7 @@ static void finish_example(example *e) { free(e->memory); }
 static rumo_qp_result solve(example *e, int iterations, int warm) {
     const rumo_qp_data data = {e->n, e->m,         e->H,         e->g,  e->lower, e->upper,
                                e->A, e->row_lower, e->row_upper, e->l1, e->l2};
-    const rumo_settings settings = {.qp_iterations = iterations, .qp_tolerance = 1e-10, .qp_seconds = INFINITY};
+    const rumo_settings settings = {.qp_iterations = iterations, .qp_tolerance = 1e-10, .seconds = INFINITY};
     return rumo_core.qp_solve(&data, &settings, warm, e->memory, e->v, e->multipliers, e->conflict);
 }
 

@@ -30,6 +30,7 @@ DIMENSIONS = {
     "slacks": ("time", "interval", "constraint"),
     "status": ("time",),
     "cause": ("time",),
+    "health": ("time", "state"),
     "received": ("time", "state"),
     "measured_outputs": ("time", "measured_output"),
     "received_outputs": ("time", "measured_output"),
@@ -97,7 +98,9 @@ def test_every_variable_with_signals_has_units(make):
     log = make()
     for name, dims in DIMENSIONS.items():
         variable = log[name]
-        if dims[-1] in SIGNALS:
+        if name == "health":
+            assert variable.attrs["units"] == "1"
+        elif dims[-1] in SIGNALS:
             units = {item.split(": ")[0]: item.split(": ")[1] for item in variable.attrs["units"].split(", ") if item}
             assert list(units) == names(log, dims[-1])
             assert list(units.values()) == log[f"{dims[-1]}_unit"].data.tolist()
