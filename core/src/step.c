@@ -111,7 +111,7 @@ static rumo_status attempt(rumo_controller *ctl, const double *measured, const d
     if (!near) solver_of(&ctl->problem.sizes)->reach(&ctl->solving, gate_stages(s), ctl->near_reach);
     if (!plausible(&ctl->guard, x, near ? NULL : ctl->near_reach)) return RUMO_BAD_MEASUREMENT;
     ctl->last_step = NAN; /* a step at another sample says nothing of this one's iterations */
-    const int guessed = ctl->guard.has_guess && (!ctl->still || is_plain(ctl));
+    const int guessed = ctl->guard.has_guess && (!ctl->still || is_plain(ctl) || is_over(ctl->end));
     const rumo_status status = guessed ? try_guess(ctl, x, reference, plan) : try_start(ctl, x, reference, plan);
     if (!guessed || is_plain(ctl) || status <= RUMO_BUDGET_EXCEEDED || is_over(ctl->end)) return status;
     return try_start(ctl, x, reference, plan);

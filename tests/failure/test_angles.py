@@ -5,7 +5,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
-from problems import pendulum
+from problems import car, pendulum
 
 import rumo
 from rumo.simulation.faults import Offset
@@ -155,3 +155,17 @@ def test_measurements_are_those_of_states():
         pendulum(measurements={"speed": rumo.Measurement()})
     with pytest.raises(rumo.ArgumentError, match="measurements"):
         pendulum(measurements={"angle": 0.1})
+
+
+@pytest.mark.parametrize("backend", ["portable", "reference"])
+def test_an_angle_beyond_all_turns_does_not_stay(backend):
+    """It has no digits that say where it points: readings next to it would have none either."""
+    problem, x, reference = car()
+    controller = rumo.RealTimeIteration(problem, backend=backend, gate=None)
+    i = problem.model.states.index("psi")
+    x = np.array(x)
+    wild = x.copy()
+    wild[i] = 4e18
+    for measured in (x, x, wild, wild, x, x):
+        plan = controller.step(measured, reference)
+    assert plan.x.values[0, i] == x[i]

@@ -4,10 +4,14 @@
 
 #include "guard/guard.h"
 
+/* Angles beyond so many turns have lost the digits that say where they point. */
+#define TOO_MANY_TURNS 1e9
+
 /* The same angle, as near to another number as can be; where turn is 0 it is no angle. */
 static inline double next_to(double angle, double turn, double to) {
     const double apart = angle - to;
     if (!(fabs(apart) > 0.5 * turn) || turn == 0.0) return angle;
+    if (larger(fabs(angle), fabs(to)) > TOO_MANY_TURNS * turn) return angle;
     return angle - turn * floor(apart / turn + 0.5);
 }
 

@@ -99,7 +99,7 @@ class NumpyRti(Method):
         if not self.restarts:
             return self._repeat(self.iterate(x, window, applied), x, window, applied)
         settling = Settling(self, x, window, applied)
-        if guess.still and not settling.start(guess):
+        if guess.still and not self.is_over and not settling.start(guess):
             return None
         candidate = self.iterate(x, window, applied)
         return candidate if not candidate.usable or settling.is_settled(candidate) else settling.settle(candidate)
