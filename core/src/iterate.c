@@ -192,8 +192,9 @@ static rumo_status iterate(rumo_controller *ctl, const double *x, const double *
     plan->conflict = step->conflict;
     if (status > RUMO_BUDGET_EXCEEDED) return status;
     diagnose(ctl);
-    ctl->proposed = 1;
-    return expand(ctl, x, status, plan);
+    const rumo_status made = expand(ctl, x, status, plan);
+    if (made <= RUMO_BUDGET_EXCEEDED) ctl->proposed = 1;
+    return made;
 }
 
 static int is_solved(rumo_status status) { return status == RUMO_OPTIMAL || status == RUMO_SOFT_VIOLATED; }

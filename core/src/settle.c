@@ -73,7 +73,7 @@ static double take_step(rumo_controller *ctl, const double *reference, double *p
     const int promises = less > NO_PROMISE * fabs(merit_now);
     keep_from(ctl);
     double share = 1.0;
-    for (int i = 0; i < CUTS; ++i) {
+    for (int i = 0; i < CUTS && !is_over(ctl->end); ++i) {
         set_on_the_way(ctl, share);
         double more = INFINITY;
         if (linearise(&ctl->stages, last_decided(&ctl->guard), ctl->end)) {
@@ -113,14 +113,13 @@ RARE static rumo_status globalise(rumo_controller *ctl, const double *x, const d
     if (!is_solved(status)) return status;
     while (!is_settled(ctl, ++iterations, before)) {
         copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(&ctl->s));
-        const int last = is_last(ctl, iterations);
-        const double share = last ? 0.0 : take_step(ctl, reference, &price);
+        const double share = is_last(ctl, iterations) ? 0.0 : take_step(ctl, reference, &price);
         before = share == 1.0 ? ctl->step.size : NAN;
         if (share < 1.0) ctl->last_step = NAN;
         if (share == 0.0 || make_ready(ctl) != RUMO_OPTIMAL || !is_solved(status = iterate(ctl, x, reference, plan))) {
-            if (!last && !ctl->still) return RUMO_SOLVER_FAILED;
-            show_guess(ctl);
             plan->conflicts = 0; /* those were of a step not taken */
+            if (!is_last(ctl, iterations) && !ctl->still) return RUMO_SOLVER_FAILED;
+            show_guess(ctl);
             return RUMO_UNTRUSTED;
         }
     }
@@ -188,8 +187,8 @@ static inline rumo_status try_guess(rumo_controller *ctl, const double *x, const
 
 /* From the state alone: at rest there or, if that costs no more, where the last input leads. */
 RARE static rumo_status try_start(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
+    ctl->proposed = plan->conflicts = 0;
     if (is_over(ctl->end)) return RUMO_BUDGET_EXCEEDED;
-    ctl->proposed = 0;
     start_guess(ctl, x);
     if (!is_plain(ctl)) set_known(ctl, x);
     rumo_status usable = linearize(ctl);

@@ -129,8 +129,8 @@ static int is_held(rumo_guard *g, const double *x, int r, double limit, double a
     g->held[r] = agrees ? g->held[r] + 1 : 1;
     g->suspect[r] = x[r];
     if (g->held[r] <= g->gate_patience) return 1;
-    *believed = 1;
-    return g->held[r] = 0;
+    *believed = 1; /* unless too many others are not: then it still is next time */
+    return 0;
 }
 
 /* A share of normal innovations' deviation that is their median size. */
@@ -153,7 +153,13 @@ static void complain(rumo_guard *g, int r, double innovation, int samples) {
  */
 static int plausible(rumo_guard *g, double *x, const double *reach) {
     const int nx = g->s.nx, no_gate = isinf(g->gate_width) || !g->has_next;
-    if (no_gate) return 1;
+    if (no_gate) {
+        for (int r = 0; r < nx; ++r) g->held[r] = 0;
+        copy(g->last_x, x, nx);
+        g->has_last = 1;
+        g->missing = 0;
+        return 1;
+    }
     if (is_near(g, x) || !reach) {
         for (int r = 0; r < nx; ++r) {
             const double innovation = fabs(x[r] - g->next_x[r]);
@@ -176,8 +182,8 @@ static int plausible(rumo_guard *g, double *x, const double *reach) {
         g->out[r] = there && is_held(g, x, r, limit, agreement, &believed);
         judged += there;
         bad += g->out[r];
-        if (g->out[r]) complain(g, r, possible ? innovation : INFINITY, possible ? g->held[r] : g->missing + 1);
         if (possible) learn(g, r, innovation, limit);
+        if (g->out[r]) complain(g, r, possible ? innovation : INFINITY, possible ? g->held[r] : g->missing + 1);
         if (!g->out[r]) g->before[r] = innovation;
     }
     if (g->learned < GATE_LEARNED) ++g->learned;
@@ -193,8 +199,10 @@ static int plausible(rumo_guard *g, double *x, const double *reach) {
         g->repeats = g->changes = 0;
         g->has_guess = 0;
     }
-    for (int r = 0; r < nx; ++r)
+    for (int r = 0; r < nx; ++r) {
         if (g->out[r]) x[r] = g->next_x[r];
+        else g->held[r] = 0;
+    }
     return 1;
 }
 

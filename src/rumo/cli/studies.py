@@ -101,7 +101,7 @@ def discretization(
 
 @study.command()
 def linearization(
-    controllers: Controllers = "rti,nlp,ltv",
+    controllers: Controllers = "rti,plain,nlp,ltv",
     sweeps: Annotated[str | None, typer.Option(help="What grows, comma-separated; all if not given.")] = None,
     seed: Seed = 0,
     output: Output = Path("out"),

@@ -204,7 +204,8 @@ class Guarded:
         if guess is None or not self._guard.has_guess:  # what was predicted is wrong
             return self._solved(x, window, None)
         candidate, cause = self._solved(x, window, guess)
-        if candidate is None and self.method.restarts and not guess.still:
+        in_time = perf_counter() <= self.method.end
+        if candidate is None and self.method.restarts and not guess.still and in_time:
             return self._solved(x, window, None)
         return candidate, cause
 
@@ -212,6 +213,7 @@ class Guarded:
         self, x: Array, window: Mapping[str, Array], prepared: Trajectory | None
     ) -> tuple[Candidate | None, Status]:
         """What the method comes to from the guess prepared, or from the state alone, and how far it got."""
+        self._conflict = []
         guess = self._at_rest(x) if prepared is None else prepared
         if prepared is None and self.method.prepare(guess, self._guard.applied) is None and not self.method.restarts:
             return None, Status.SOLVER_FAILED

@@ -21,6 +21,7 @@ from rumo.controllers.engines.settle import Settling, error_left
 from rumo.controllers.engines.stagewise import Horizon, affine, assemble, quadratic_program
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.settings import QpOptions, Settings
+from rumo.kernel import SLACK_TOLERANCE
 from rumo.shift import Shift
 from rumo.signals import Array
 from rumo.status import Status
@@ -102,7 +103,16 @@ class NumpyRti(Method):
         if guess.still and not self.is_over and not settling.start(guess):
             return None
         candidate = self.iterate(x, window, applied)
-        return candidate if not candidate.usable or settling.is_settled(candidate) else settling.settle(candidate)
+        return (
+            candidate if not self.is_usable(candidate) or settling.is_settled(candidate) else settling.settle(candidate)
+        )
+
+    def is_usable(self, candidate: Candidate) -> bool:
+        """Whether it is solved and finite, and no hard constraint is exceeded, as one may be that no input moves."""
+        problem, imposed = self.transcription.problem, self.transcription.imposed
+        allowed = max(SLACK_TOLERANCE, self.accuracy) * problem.constraint_scales
+        exceeded = (candidate.constraints > allowed) & imposed
+        return candidate.usable and not exceeded[:, np.isinf(problem.numbers.l1)].any()
 
     def _repeat(self, candidate: Candidate, x: Array, window: Mapping[str, Array], applied: Array) -> Candidate:
         """Iterations with full steps, as many as the settings say."""
@@ -136,9 +146,10 @@ class NumpyRti(Method):
 
     def iterate(self, x: Array, window: Mapping[str, Array], applied: Array) -> Candidate:
         """One QP about the guess linearised about, and its solution expanded; nothing if the time is over."""
-        problem, horizon, guess = self.transcription.problem, self.horizon, self.about
+        problem, guess = self.transcription.problem, self.about
         if self.is_over:
             return _nothing(guess, len(problem.constraints))
+        horizon = self.horizon
         d, nu, nx, blocks = problem.delay, len(problem.model.inputs), len(x), problem.blocks.matrix
 
         # The initial state is the measurement, the first d inputs are those already decided.

@@ -80,7 +80,7 @@ class Settling:
             return candidate if settled else replace(candidate, status=Status.UNTRUSTED)
         d = len(start.u) - len(self._rti.transcription.problem.blocks.block_of)
         known = replace(start, x=np.vstack([self._x, start.x[1:]]), u=np.vstack([self._applied[:d], start.u[d:]]))
-        return self._globalise() if self._rti.linearize(known, self._applied) else None
+        return self._globalise(candidate) if self._rti.linearize(known, self._applied) else None
 
     def start(self, rest: Trajectory) -> bool:
         """Linearise at a state at rest or, if that costs no more, where its inputs lead; False if that has no value."""
@@ -111,13 +111,13 @@ class Settling:
                 return False, candidate
             before = size
             better = rti.iterate(self._x, self._window, self._applied)
-            if not better.usable:
+            if not rti.is_usable(better):
                 return False, candidate
             candidate = better
             self._iterations += 1
         return True, candidate
 
-    def _globalise(self) -> Candidate | None:
+    def _globalise(self, before_it: Candidate) -> Candidate | None:
         """Iterations that are worth it, from a guess linearised about.
 
         Where there is no way on from a guess, there may be one from the state alone: None, so that it is tried.
@@ -125,8 +125,8 @@ class Settling:
         rti, before = self._rti, np.nan
         rti.begin()
         candidate = rti.iterate(self._x, self._window, self._applied)
-        if not candidate.usable:
-            return None
+        if not rti.is_usable(candidate):
+            return replace(before_it, status=Status.BUDGET_EXCEEDED) if rti.is_over else None
         self._iterations += 1
         while not self.is_settled(candidate, before):
             start = rti.about
@@ -137,7 +137,7 @@ class Settling:
             better = None
             if share > 0.0 and rti.linearize(guess, self._applied):
                 better = rti.iterate(self._x, self._window, self._applied)
-            if better is None or not better.usable:
+            if better is None or not rti.is_usable(better):
                 return self._shown(guess, candidate) if self._is_last or self._alone else None
             candidate = better
             self._iterations += 1
@@ -158,6 +158,8 @@ class Settling:
         promises = less > NO_PROMISE * abs(merit_now)
         share = 1.0
         for _ in range(CUTS):
+            if rti.is_over:
+                break
             guess = _between(start, plan, share)
             worth, more = self._evaluated(guess), np.inf
             if worth is not None:

@@ -38,7 +38,7 @@ def _finding(sweep: Mapping[str, Any]) -> str:
         f"{label(name)} is lost {at_values(sweep, lost_at(each)) or 'nowhere'}" for name, each in runs.items()
     )
     text = f"{sweep['title']}: {lost}."
-    for name in ("rti", "ltv"):
+    for name in ("rti", "plain", "ltv"):
         ratios = cost_ratios(sweep, name)
         if np.isfinite(ratios).any():
             extremes = dict.fromkeys((int(np.nanargmin(ratios)), int(np.nanargmax(ratios))))

@@ -13,7 +13,9 @@ from rumo.controllers import Controller, DirectNlp, RealTimeIteration
 from rumo.controllers.engines.base import Candidate
 from rumo.controllers.engines.ipopt import Ipopt
 from rumo.controllers.engines.trajectory import Trajectory
+from rumo.discretization import Discretization
 from rumo.errors import ArgumentError, PlantError
+from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
 from rumo.report.contents import Report
 from rumo.signals import Array
@@ -42,7 +44,7 @@ class _StartedIpopt(Ipopt):
                 self._iteration = RealTimeIteration(self.transcription.problem, gate=None)
             self._iteration.reset(applied=applied)
             plan = self._iteration.step(x, window)
-            if plan.status.solved:
+            if plan.status.applicable:
                 states = plan.x.values
                 guess = Trajectory(plan.u.values, states, self.transcription.inner_between(states[:-1], states[1:]))
         return super().solve(x, window, guess, applied)
@@ -54,6 +56,20 @@ class StartedNlp(DirectNlp):
     _method = _StartedIpopt
 
 
+class PlainIteration(RealTimeIteration):
+    """The plain real-time iteration: full steps, which are not judged."""
+
+    name = "plain"
+
+    def __init__(self, problem: Problem, discretization: Discretization | None = None, **changes: Any) -> None:
+        settings: dict[str, Any] = {"trusted_step": np.inf} | changes
+        super().__init__(problem, discretization, **settings)
+
+
+KINDS: dict[str, type[Controller[Any]]] = {**CONTROLLERS, "nlp": StartedNlp, "plain": PlainIteration}
+"""What the study drives with, by name."""
+
+
 @dataclass(frozen=True)
 class LinearizationStudy(Study):
     """Settings of the study. One problem, and one controller of each kind, for all drives.
@@ -61,7 +77,7 @@ class LinearizationStudy(Study):
     Parameters
     ----------
     controllers : tuple of str
-        Names in `CONTROLLERS`.
+        Names in `KINDS`.
     sweeps : mapping of str to sequence of float
         Values to drive with, by name in `SWEEPS`.
     seed : int
@@ -77,7 +93,7 @@ class LinearizationStudy(Study):
         If a name is unknown, or a value cannot be driven.
     """
 
-    controllers: tuple[str, ...] = ("rti", "nlp", "ltv")
+    controllers: tuple[str, ...] = ("rti", "plain", "nlp", "ltv")
     sweeps: Mapping[str, Sequence[float]] = field(
         default_factory=lambda: {name: sweep.values for name, sweep in SWEEPS.items()}
     )
@@ -87,7 +103,7 @@ class LinearizationStudy(Study):
 
     def __post_init__(self) -> None:
         sweeps = as_mapping(self.sweeps, "sweeps")
-        known_names(self.controllers, "controllers", CONTROLLERS)
+        known_names(self.controllers, "controllers", KINDS)
         known_names(sweeps, "sweeps", SWEEPS)
         for name, values in sweeps.items():
             argument = f"sweeps[{name!r}]"
@@ -109,7 +125,7 @@ class LinearizationStudy(Study):
 
         def drive(sweep: str, value: float, name: str) -> SweptRun:
             settings = replace(self.drive(sweep, value), duration=self.duration, seed=self.seed)
-            kind = StartedNlp if name == DirectNlp.name else CONTROLLERS[name]
+            kind = KINDS[name]
             # Without the innovation gate: all measurements are right, however wrong a linear prediction is.
             options = {"gate": None} | ({"max_iterations": 1000} if kind is StartedNlp else {})
             return SweptRun(replace(settings.scenario(kind, problem, plant), settings=options), sweep, value)

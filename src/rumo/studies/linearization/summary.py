@@ -62,8 +62,9 @@ def outcome(log: xr.Dataset, problem: Problem, steps: int) -> dict[str, Any]:
     dict
         Errors as in `driving_kpis`; `across_rms_after_2s_m`: their part across the path; `cost`: see
         `closed_loop_cost`; `unsolved_share`: share of steps without a solution; `violated_steps`: those whose plan
-        violates a soft constraint, as the controller sees it; `step_time_us`: median; `lost`: the car has pointed
-        backwards, or has ended far from its reference point, or the plant could not be integrated to the end.
+        violates a soft constraint, as the controller sees it; `untrusted_steps`: those that have not settled;
+        `step_time_us`: median; `lost`: the car has pointed backwards, or has ended far from its reference point, or the
+        plant could not be integrated to the end.
     """
     kpis, error = driving_kpis(log), tracking_error(log)
     turned = np.abs(signal(log, "plant", "psi") - signal(log, "reference", "psi"))
@@ -77,6 +78,7 @@ def outcome(log: xr.Dataset, problem: Problem, steps: int) -> dict[str, Any]:
         "cost": closed_loop_cost(log, problem),
         "unsolved_share": sum(not status.solved for status in statuses) / len(statuses),
         "violated_steps": statuses.count(Status.SOFT_VIOLATED),
+        "untrusted_steps": statuses.count(Status.UNTRUSTED),
         "step_time_us": kpis["step_time_us"]["p50"],
         "lost": bool(turned.max() > BACKWARDS or error[-1] > FAR or len(error) < steps),
     }
