@@ -99,6 +99,19 @@ def swinging_cart():
     return problem, [1.0, 0.0, 0.2, 0.0], {"position": 0.0, "angle": 0.0}
 
 
+def balanced_cart(horizon, **bounds):
+    """Hold a pendulum upright on a cart that may go anywhere, but for bounds by name."""
+    return rumo.Problem(
+        cart_pendulum(),
+        horizon=horizon,
+        sampling_time=0.05,
+        delay=1,
+        track={"position": rumo.Weight(1.0), "angle": rumo.Weight(1.0, range=0.5)},
+        moves={"force": rumo.Weight(0.1, range=20.0)},
+        bounds=bounds,
+    )
+
+
 def stiff_reactor():
     """Move Robertson's reaction, eigenvalues near -3000 1/s, to another conversion within flow limits."""
     model = robertson_reactor()

@@ -27,6 +27,14 @@ static void set_guess(rumo_controller *ctl, const double *u, const double *x, co
     copy(ctl->stages.guess_inner, inner, s->ni * s->lanes);
 }
 
+/* Put the guess somewhere else. */
+static void copy_guess(const rumo_controller *ctl, double *u, double *x, double *inner) {
+    const dims *s = &ctl->s;
+    copy(u, ctl->stages.guess_u, s->N * s->nu);
+    copy(x, ctl->stages.guess_x, (s->N + 1) * s->nx);
+    copy(inner, ctl->stages.guess_inner, s->ni * s->lanes);
+}
+
 static void guess_plan(rumo_controller *ctl) {
     set_guess(ctl, plan_u(ctl), plan_x(ctl), ctl->inner);
     copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(&ctl->s));
@@ -34,11 +42,8 @@ static void guess_plan(rumo_controller *ctl) {
 
 /* What the iteration before found is the plan again: it is the guess. */
 static void recall_guess(rumo_controller *ctl) {
-    const dims *s = &ctl->s;
-    copy(plan_u(ctl), ctl->stages.guess_u, s->N * s->nu);
-    copy(plan_x(ctl), ctl->stages.guess_x, (s->N + 1) * s->nx);
-    copy(plan_constraints(ctl), ctl->guess_rest, rest_of_plan(s));
-    copy(ctl->inner, ctl->stages.guess_inner, s->ni * s->lanes);
+    copy_guess(ctl, plan_u(ctl), plan_x(ctl), ctl->inner);
+    copy(plan_constraints(ctl), ctl->guess_rest, rest_of_plan(&ctl->s));
 }
 
 /* A guess of a state at rest, with the last input decided. */

@@ -38,12 +38,7 @@ static int is_last(const rumo_controller *ctl, int iterations) {
 }
 
 /* Keep the guess, for steps from there. */
-static void keep_from(rumo_controller *ctl) {
-    const dims *s = &ctl->s;
-    copy(ctl->from_u, ctl->stages.guess_u, s->N * s->nu);
-    copy(ctl->from_x, ctl->stages.guess_x, (s->N + 1) * s->nx);
-    copy(ctl->from_inner, ctl->stages.guess_inner, s->ni * s->lanes);
-}
+static void keep_from(rumo_controller *ctl) { copy_guess(ctl, ctl->from_u, ctl->from_x, ctl->from_inner); }
 
 static void set_from(rumo_controller *ctl) { set_guess(ctl, ctl->from_u, ctl->from_x, ctl->from_inner); }
 

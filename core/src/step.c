@@ -12,10 +12,7 @@
 
 /* Put the guess aside, for another preparation of the same sample. */
 static void store_guess(rumo_controller *ctl) {
-    const dims *s = &ctl->s;
-    copy(ctl->stored_u, ctl->stages.guess_u, s->N * s->nu);
-    copy(ctl->stored_x, ctl->stages.guess_x, (s->N + 1) * s->nx);
-    copy(ctl->stored_inner, ctl->stages.guess_inner, s->ni * s->lanes);
+    copy_guess(ctl, ctl->stored_u, ctl->stored_x, ctl->stored_inner);
     ctl->stored = 1;
 }
 

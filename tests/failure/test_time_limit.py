@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from problems import BACKENDS, cart_pendulum, pendulum
+from problems import BACKENDS, balanced_cart, pendulum
 
 import rumo
 from rumo import Status
@@ -71,15 +71,7 @@ def test_a_guess_that_had_no_time_is_kept(solver):
 
 
 def cart(horizon):
-    return rumo.Problem(
-        cart_pendulum(),
-        horizon=horizon,
-        sampling_time=0.05,
-        delay=1,
-        track={"position": rumo.Weight(1.0), "angle": rumo.Weight(1.0, range=0.5)},
-        moves={"force": rumo.Weight(0.1, range=20.0)},
-        bounds={"force": (-3.0, 3.0), "speed": rumo.Bounds(-0.12, 0.12, rumo.Penalty(0.01))},
-    )
+    return balanced_cart(horizon, force=(-3.0, 3.0), speed=rumo.Bounds(-0.12, 0.12, rumo.Penalty(0.01)))
 
 
 def computing_time(controller, outputs):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from problems import BACKENDS, made_with
+from problems import BACKENDS, balanced_cart, made_with
 from scipy.sparse import block_array, csc_array, diags_array, eye_array, kron
 from scipy.sparse.linalg import spsolve
 
@@ -255,18 +255,6 @@ def test_at_limits_over_a_long_horizon(limits, backend):
     np.testing.assert_allclose(plan.u.values, oracle.u.values, atol=1e-4)
 
 
-def cart(horizon, **bounds):
-    return rumo.Problem(
-        cart_pendulum(),
-        horizon=horizon,
-        sampling_time=0.05,
-        delay=1,
-        track={"position": rumo.Weight(1.0), "angle": rumo.Weight(1.0, range=0.5)},
-        moves={"force": rumo.Weight(0.1, range=20.0)},
-        bounds=bounds,
-    )
-
-
 CARTS = {
     "free": {},
     "force": {"force": (-1.0, 1.0)},
@@ -277,7 +265,7 @@ CARTS = {
 
 @cache
 def cart_at_limits(limits, horizon):
-    problem, x, wanted = cart(horizon, **CARTS[limits]), [0.2, 0.0, 0.05, 0.0], {"position": 0.0, "angle": 0.0}
+    problem, x, wanted = balanced_cart(horizon, **CARTS[limits]), [0.2, 0.0, 0.05, 0.0], {"position": 0.0, "angle": 0.0}
     return problem, x, wanted, converged(problem, None, x, wanted)
 
 

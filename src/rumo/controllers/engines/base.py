@@ -12,6 +12,7 @@ import numpy as np
 
 from rumo.controllers.arguments import ReferenceWindow
 from rumo.controllers.engines.trajectory import Trajectory
+from rumo.kernel import SLACK_TOLERANCE
 from rumo.plan import DIAGNOSTICS, Plan
 from rumo.signals import Array, Values
 from rumo.status import Status
@@ -125,6 +126,17 @@ class Method(ABC):
     def weighed(self) -> tuple[str, ...]:
         """Those of them that matter only where the cost has a weight for them."""
         return self.transcription.problem.outputs.names
+
+    def exceeded(self, candidate: Candidate, share: float) -> np.ndarray:
+        """Imposed constraints (N, nc) that are above 0 by more than a share of their scales."""
+        return (
+            candidate.constraints > share * self.transcription.problem.constraint_scales
+        ) & self.transcription.imposed
+
+    def broken(self, candidate: Candidate) -> np.ndarray:
+        """Hard constraints (N, nc) that are exceeded by more than the method's accuracy allows."""
+        hard = np.isinf(self.transcription.problem.numbers.l1)
+        return self.exceeded(candidate, max(SLACK_TOLERANCE, self.accuracy)) & hard
 
     def check(self, window: Mapping[str, Array]) -> None:
         """Raise if a reference, by signal (N + 1,), lacks what `solve` needs; nothing of the step has happened yet."""

@@ -254,21 +254,16 @@ class Guarded:
     def _assessed(self, candidate: Candidate) -> Status:
         """A candidate's status, lowered to SOFT_VIOLATED where soft constraints exceed 0."""
         soft = np.isfinite(self._problem.numbers.l1)
-        violated = candidate.status is Status.OPTIMAL and self._exceeded(candidate, SLACK_TOLERANCE)[:, soft].any()
+        violated = (
+            candidate.status is Status.OPTIMAL and self.method.exceeded(candidate, SLACK_TOLERANCE)[:, soft].any()
+        )
         return Status.SOFT_VIOLATED if violated else candidate.status
 
     def _broken(self, candidate: Candidate) -> list[tuple[int, int, int]]:
         """Hard constraints that a solution exceeds, since no input moves them where they were linearised."""
         if candidate.status is not Status.OPTIMAL:
             return []
-        exceeded = self._exceeded(candidate, max(SLACK_TOLERANCE, self.method.accuracy))
-        hard = exceeded & np.isinf(self._problem.numbers.l1)
-        return [(PATH_CONSTRAINT, int(k) + 1, int(j)) for k, j in np.argwhere(hard)]
-
-    def _exceeded(self, candidate: Candidate, share: float) -> np.ndarray:
-        """Imposed constraints (N, nc) above 0 by more than a share of their scales."""
-        allowed = share * self._problem.constraint_scales
-        return (candidate.constraints > allowed) & self.method.transcription.imposed
+        return [(PATH_CONSTRAINT, int(k) + 1, int(j)) for k, j in np.argwhere(self.method.broken(candidate))]
 
     def _plan(self, candidate: Candidate | None, status: Status, cause: Status, start: float, before: float) -> Plan:
         problem, applied = self._problem, self._guard.plan

@@ -21,7 +21,6 @@ from rumo.controllers.engines.settle import Settling, error_left
 from rumo.controllers.engines.stagewise import Horizon, affine, assemble, quadratic_program
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.settings import QpOptions, Settings
-from rumo.kernel import SLACK_TOLERANCE
 from rumo.shift import Shift
 from rumo.signals import Array
 from rumo.status import Status
@@ -103,16 +102,12 @@ class NumpyRti(Method):
         if guess.still and not self.is_over and not settling.start(guess):
             return None
         candidate = self.iterate(x, window, applied)
-        return (
-            candidate if not self.is_usable(candidate) or settling.is_settled(candidate) else settling.settle(candidate)
-        )
+        done = not self.is_usable(candidate) or settling.is_settled(candidate)
+        return candidate if done else settling.settle(candidate)
 
     def is_usable(self, candidate: Candidate) -> bool:
         """Whether it is solved and finite, and no hard constraint is exceeded, as one may be that no input moves."""
-        problem, imposed = self.transcription.problem, self.transcription.imposed
-        allowed = max(SLACK_TOLERANCE, self.accuracy) * problem.constraint_scales
-        exceeded = (candidate.constraints > allowed) & imposed
-        return candidate.usable and not exceeded[:, np.isinf(problem.numbers.l1)].any()
+        return candidate.usable and not self.broken(candidate).any()
 
     def _repeat(self, candidate: Candidate, x: Array, window: Mapping[str, Array], applied: Array) -> Candidate:
         """Iterations with full steps, as many as the settings say."""

@@ -78,14 +78,14 @@ class Settling:
         settled, candidate = self._take_full_steps(candidate)
         if settled or self._is_last:
             return candidate if settled else replace(candidate, status=Status.UNTRUSTED)
-        d = len(start.u) - len(self._rti.transcription.problem.blocks.block_of)
+        d = self._rti.transcription.problem.delay
         known = replace(start, x=np.vstack([self._x, start.x[1:]]), u=np.vstack([self._applied[:d], start.u[d:]]))
         return self._globalise(candidate) if self._rti.linearize(known, self._applied) else None
 
     def start(self, rest: Trajectory) -> bool:
         """Linearise at a state at rest or, if that costs no more, where its inputs lead; False if that has no value."""
         rti, self._alone = self._rti, True
-        d = len(rest.u) - len(rti.transcription.problem.blocks.block_of)
+        d = rti.transcription.problem.delay
         rest = replace(rest, u=np.vstack([self._applied[:d], rest.u[d:]]))
         at_rest = self._evaluated(rest)
         rolled = self._rolled_out(rest)
@@ -187,8 +187,8 @@ class Settling:
 
     def _values(self, guess: Trajectory) -> Array:
         """The input before the first block, and those of the blocks (nb + 1, nu)."""
-        blocks = self._rti.transcription.problem.blocks
-        return np.vstack([self._applied[-1], blocks.values(guess.u[-len(blocks.block_of) :])])
+        problem = self._rti.transcription.problem
+        return np.vstack([self._applied[-1], problem.blocks.values(guess.u[problem.delay :])])
 
     def _rolled_out(self, rest: Trajectory) -> tuple[Trajectory, Worth] | None:
         """Where the inputs of a state at rest lead, by Newton's method for all intervals at once; None if it fails."""

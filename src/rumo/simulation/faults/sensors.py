@@ -14,7 +14,24 @@ from rumo.simulation.faults.base import Fault
 
 
 @dataclass(frozen=True)
-class Reading(Fault):
+class _One(Fault):
+    """A fault of one sensor.
+
+    Parameters
+    ----------
+    signal : str
+        What it measures.
+    """
+
+    signal: str
+
+    def check(self, measured: Signals, inputs: Signals) -> None:
+        """Raise for an unknown signal."""
+        measured.index(self.signal, "signal")
+
+
+@dataclass(frozen=True)
+class Reading(_One):
     """A sensor says the same value, whatever is: NaN, infinity, or one that cannot be.
 
     Parameters
@@ -25,17 +42,12 @@ class Reading(Fault):
         In the signal's unit.
     """
 
-    signal: str
     value: float
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if np.ndim(as_numbers(self.value, "value")):
             raise ArgumentError("value", repr(self.value), "a number, NaN and infinity among them")
-
-    def check(self, measured: Signals, inputs: Signals) -> None:
-        """Raise for an unknown signal."""
-        measured.index(self.signal, "signal")
 
     def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
         """The value in place of the measurement."""
@@ -45,7 +57,7 @@ class Reading(Fault):
 
 
 @dataclass(frozen=True)
-class Offset(Fault):
+class Offset(_One):
     """A sensor is off by a constant.
 
     Parameters
@@ -56,16 +68,11 @@ class Offset(Fault):
         What is added, in the signal's unit.
     """
 
-    signal: str
     by: float
 
     def __post_init__(self) -> None:
         super().__post_init__()
         finite_number(self.by, "by")
-
-    def check(self, measured: Signals, inputs: Signals) -> None:
-        """Raise for an unknown signal."""
-        measured.index(self.signal, "signal")
 
     def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
         """The measurement and the offset."""
@@ -75,7 +82,7 @@ class Offset(Fault):
 
 
 @dataclass(frozen=True)
-class Drift(Fault):
+class Drift(Offset):
     """A sensor is further off from sample to sample.
 
     Parameters
@@ -85,17 +92,6 @@ class Drift(Fault):
     by : float
         What is added more at each bad sample, the first among them, in the signal's unit.
     """
-
-    signal: str
-    by: float
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        finite_number(self.by, "by")
-
-    def check(self, measured: Signals, inputs: Signals) -> None:
-        """Raise for an unknown signal."""
-        measured.index(self.signal, "signal")
 
     def sense(self, received: Array, past: Sequence[Array], bad: int, signals: Signals) -> Array:
         """The measurement and what has come together."""
