@@ -14,8 +14,8 @@
 #define NO_STEP 1e-12
 /* Iterations converge if each step is less than this share of the one before. */
 #define CONVERGING 0.5
-/* One that is less may be luck: the iteration converges linearly. */
-#define LEAST_CONTRACTION 0.25
+/* One that is less may be luck. */
+#define LEAST_CONTRACTION 0.05
 /* The most that a state may be multiplied by within an interval. */
 #define FASTEST_GROWTH 1e8
 
@@ -168,10 +168,9 @@ static WITHIN rumo_status expand(rumo_controller *ctl, const double *x, rumo_sta
     return status == RUMO_OPTIMAL && violated ? RUMO_SOFT_VIOLATED : status;
 }
 
-/* What is left of a step, if each is to the one before as this one was; NaN where that says nothing. */
-static inline double error_left(double contraction, double size) {
-    const double ratio = larger(contraction, LEAST_CONTRACTION);
-    return contraction < CONVERGING ? size * ratio / (1.0 - ratio) : NAN;
+/* What steps add up to that are still to come, if each is less than half the one before; NaN where this one was not. */
+static inline double error_left(double before, double size) {
+    return size < CONVERGING * before ? larger(size, LEAST_CONTRACTION * before) : NAN;
 }
 
 /* How far the iteration has come. */
@@ -182,7 +181,7 @@ static void diagnose(rumo_controller *ctl) {
     d[RUMO_STEP] = size;
     d[RUMO_CONTRACTION] = ctl->last_step > NO_STEP ? size / ctl->last_step : NAN;
     d[RUMO_KKT_RESIDUAL] = ctl->step.kkt_residual;
-    d[RUMO_COMMAND_ERROR] = ctl->last_step > NO_STEP ? error_left(size / ctl->last_step, size) : NAN;
+    d[RUMO_COMMAND_ERROR] = ctl->last_step > NO_STEP ? error_left(ctl->last_step, size) : NAN;
     ctl->last_step = size;
 }
 

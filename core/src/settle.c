@@ -11,7 +11,7 @@
 #include "stages/roll_out.c"
 
 /* Settled: what is left of the inputs' changes over their ranges or, where that is not known, the last change. */
-#define SETTLED 0.02
+#define SETTLED 0.01
 #define SETTLED_STEP 1e-3
 /* The share of what a step promises that it has to hold; how often it is cut; promises that are rounding, over the merit. */
 #define SHARE_HELD 0.1
@@ -28,7 +28,7 @@ static inline int is_settled(const rumo_controller *ctl, int iterations, double 
     if (iterations < ctl->settings.sqp_iterations && !(change(ctl) < ctl->settings.sqp_tolerance)) return 0;
     if (!(ctl->straying < STRAYED)) return 0;
     if (iterations == 1 && size <= ctl->settings.trusted_step) return 1;
-    return size <= SETTLED_STEP || error_left(size / before, size) <= SETTLED;
+    return size <= SETTLED_STEP || error_left(before, size) <= SETTLED;
 }
 
 /* Whether there is to be no other, however things are. */

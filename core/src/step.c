@@ -119,7 +119,6 @@ static void conclude(rumo_controller *ctl, rumo_status cause, rumo_plan *plan) {
     const dims *s = &ctl->s;
     const rumo_guard *g = &ctl->guard;
     const int solved = ctl->proposed && cause <= RUMO_BUDGET_EXCEEDED;
-    if (!solved && cause == RUMO_BUDGET_EXCEEDED) ctl->guard.blameless = 1; /* the guess had no time */
     if (!solved) {
         for (int i = 0; i < rest_of_plan(s); ++i) plan_constraints(ctl)[i] = NAN;
         ctl->last_step = NAN;

@@ -107,9 +107,10 @@ class Diagnostics:
         that nothing balances, over the largest of those on the same input or state; violations of the dynamics, over
         the largest terms of the same state, and of hard limits, over the inputs' ranges.
     command_error : float
-        Estimate of how far the command is from the one that iterations to convergence come to, over its range: what is
-        left of the plan's step, if steps go on as a geometric series whose ratio is the contraction, or a quarter if
-        that is less. An estimate and no bound; NaN after one iteration, or where the contraction is a half or more.
+        Estimate of how far the command is from the one that iterations to convergence come to, over its range: what
+        steps add up to that are still to come, if each is less than half the one before. As much as the plan's step, or
+        as a 20th of the one before if that is more: less may be luck. An estimate and no bound; NaN after one
+        iteration, or where the contraction is a half or more.
     """
 
     integrator_residual: float

@@ -144,8 +144,8 @@ class Settings(LtvSettings):
     settling_iterations : int
         Further ones where the first is not to be trusted: with full steps while each is less than half the one before,
         else with steps cut so that each makes the nonlinear problem's cost, with exact penalties, less. They end when
-        estimates say that 2 % of the inputs' ranges are left, and the rest of the time is saved. 0: what is not trusted
-        is `Status.UNTRUSTED`, and applied.
+        less than 1 % of the inputs' ranges is left, as an estimate says, and the rest of the time is saved. 0: what is
+        not trusted is `Status.UNTRUSTED`, and applied.
     trusted_step : float
         A first iteration is trusted that changes no input by more than this share of its range, about a guess that
         satisfies the dynamics. Infinite: the plain real-time iteration, in which none is judged.
@@ -161,7 +161,7 @@ class Settings(LtvSettings):
 
     sqp_iterations: int = 1
     settling_iterations: int = 100
-    trusted_step: float = 0.1
+    trusted_step: float = 0.08
     preparation_iterations: int = 0
     tolerance: float = 1e-9
     integrator_tolerance: float = INTEGRATOR_TOLERANCE

@@ -184,9 +184,9 @@ class NumpyRti(Method):
     def _diagnostics(self, v: Array, kkt_residual: float) -> Array:
         """See `Diagnostics`."""
         step = float(np.abs(v).max())
-        contraction = step / self.step_size if self.step_size > NO_STEP else np.nan
+        before = self.step_size if self.step_size > NO_STEP else np.nan
         self.step_size = step if np.isfinite(step) else np.nan
-        return np.array([self.horizon.straying, step, contraction, kkt_residual, error_left(contraction, step)])
+        return np.array([self.horizon.straying, step, step / before, kkt_residual, error_left(before, step)])
 
     def change(self, new: Trajectory) -> float:
         """Largest change of an input over its range, or of a state over the reach of the inputs."""

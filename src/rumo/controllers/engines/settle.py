@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 
 STRAYED = 0.03
 """A guess farther from the dynamics than this share of what the inputs can do has strayed, as in core/src/guard."""
-SETTLED = 0.02
+SETTLED = 0.01
 """What may be left of the inputs' changes, over their ranges, once settled; or, where that is not known, the last."""
 SETTLED_STEP = 1e-3
 CONVERGING = 0.5
 """Iterations converge if each step is less than this share of the one before."""
-LEAST_CONTRACTION = 0.25
-"""One that is less may be luck: the iteration converges linearly."""
+LEAST_CONTRACTION = 0.05
+"""One that is less may be luck."""
 SHARE_HELD = 0.1
 """Of what a step promises, what it has to hold."""
 CUTS = 12
@@ -42,10 +42,9 @@ ROLLED_OUT = 1e-9
 """Newton's corrections that are none, over the largest size of a state."""
 
 
-def error_left(contraction: float, size: float) -> float:
-    """What is left of a step, if each is to the one before as this one was; NaN where that says nothing."""
-    ratio = max(contraction, LEAST_CONTRACTION)
-    return size * ratio / (1.0 - ratio) if contraction < CONVERGING else np.nan
+def error_left(before: float, size: float) -> float:
+    """What steps add up to that are still to come, if each is less than half the one before; NaN if this was not."""
+    return max(size, LEAST_CONTRACTION * before) if size < CONVERGING * before else np.nan
 
 
 class Settling:
@@ -68,7 +67,7 @@ class Settling:
             return False
         if self._iterations == 1 and size <= settings.trusted_step:
             return True
-        return size <= SETTLED_STEP or (np.isfinite(before) and error_left(size / before, size) <= SETTLED)
+        return size <= SETTLED_STEP or error_left(before, size) <= SETTLED
 
     def settle(self, candidate: Candidate) -> Candidate | None:
         """After a first iteration that is not to be trusted; None if nothing came of it."""
