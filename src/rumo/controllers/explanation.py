@@ -57,6 +57,8 @@ def explain(plan: Plan, scheme: Discretization) -> Explanation:
     active = _stages(_active(plan))
     violated = _stages((violation.constraint, violation.stage) for violation in plan.violations)
     sentences = [f"Outcome: {outcome}"]
+    if plan.rescued:
+        sentences.append("Rescued: the iteration was not to be trusted; this is the nonlinear program's solution.")
     if predicted:
         sentences += _stiffest(stiffness, scheme)
         sentences.append(_integration(plan, scheme))
