@@ -113,10 +113,14 @@ def is_misjudged(scheme: Discretization, products: Any) -> np.ndarray:
     """Whether modes grow, by products of rate and interval, but decay in the prediction, or cannot be held by it.
 
     With R what the scheme multiplies a mode by over an interval, a feedback that should bring it to rest within one
-    leaves `(R - exp(z)) / (R - 1)` of it: more than all where R < 0, as implicit Euler's is beyond z = 1.
+    leaves `(R - exp(z)) / (R - 1)` of it: more than all where R < 0, as implicit Euler's is beyond z = 1. An explicit
+    scheme's growth is not judged: with it, a model may well be meant as one in discrete time.
     """
     factors = interval_factors(scheme, products)
-    return (products.real > 0.0) & ((np.abs(factors) < 1.0) | (_left(factors, products) >= 1.0))
+    lost = np.abs(factors) < 1.0
+    if not scheme.explicit:
+        lost |= _left(factors, products) >= 1.0
+    return (products.real > 0.0) & lost
 
 
 def _left(factors: Any, products: Any) -> Any:
