@@ -1,5 +1,7 @@
 """Where an iteration is not to be trusted, the nonlinear program's solution takes its place, then and later."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from problems import pendulum, stiff_reactor, swinging_cart
@@ -179,3 +181,13 @@ def test_what_a_rescue_has_to_be():
             rumo.RealTimeIteration(problem, rescue=wrong)
     with pytest.raises(rumo.ArgumentError, match="rescue: got a controller beside the loop in C"):
         rescued(problem).replay(np.zeros((1, 2)), np.zeros((1, 13, 1)), np.zeros((1, 1, 1)))
+
+
+def test_a_log_tells_which_samples_were_rescued():
+    problem = pendulum(bounds={"torque": (-20.0, 20.0)})
+    run = rumo.Scenario(problem, problem.model, {"angle": 0.8, "rate": 0.0}, {"angle": 0.5}, 0.2)
+    handed_over = {"rescue": rumo.DirectNlp(problem)} | EVERY_STEP
+    log = replace(run, settings=handed_over).run()
+    assert log["rescued"].dtype == bool
+    assert log["rescued"].all()
+    assert not run.run()["rescued"].any()
