@@ -90,6 +90,24 @@ public:
         std::copy_n(api_->applied(core_), decided(), values.writable());
     }
 
+    // The last measurement as it was used.
+    void taken(nb::handle x) {
+        const Vector out(x, states(), "x");
+        Lock lock(*this);
+        std::copy_n(api_->taken(core_), states(), out.writable());
+    }
+
+    // Another plan for the sample of the last step; returns the status counted.
+    int adopt(nb::handle u, nb::handle x, nb::handle inner, int status) {
+        const auto horizon = static_cast<std::size_t>(sizes_.horizon);
+        const Vector inputs(u, static_cast<std::size_t>(sizes_.horizon * sizes_.inputs), "u");
+        const Vector state(x, (horizon + 1) * states(), "x");
+        const Vector others(inner, horizon * inner_unknowns(), "inner");
+        Lock lock(*this);
+        return static_cast<int>(
+            api_->adopt(core_, inputs.data(), state.data(), others.data(), static_cast<rumo_status>(status)));
+    }
+
     std::vector<long long> counts() {
         Lock lock(*this);
         const long long *counts = api_->counts(core_);
@@ -155,6 +173,10 @@ private:
         std::unique_lock<std::mutex> lock_;
     };
 
+    std::size_t inner_unknowns() const {
+        const rumo_sizes *s = &sizes_;
+        return static_cast<std::size_t>(RUMO_INNER);
+    }
     std::size_t states() const { return static_cast<std::size_t>(sizes_.states); }
     std::size_t decided() const { return static_cast<std::size_t>(std::max(sizes_.delay, 1) * sizes_.inputs); }
     std::size_t window() const { return static_cast<std::size_t>((sizes_.horizon + 1) * sizes_.outputs); }

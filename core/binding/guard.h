@@ -99,6 +99,8 @@ public:
         return true;
     }
 
+    void take_back() { api_->guard_take_back(guard_); }
+
     // Writes the measurement that was admitted as it is to be used.
     void taken(nb::handle x) {
         const auto nx = static_cast<std::size_t>(sizes_.states);

@@ -25,6 +25,8 @@ NB_MODULE(_core, module) {
         .def("reset", &Controller::reset)
         .def("rest", &Controller::rest)
         .def("engage", &Controller::engage)
+        .def("taken", &Controller::taken)
+        .def("adopt", &Controller::adopt)
         .def("set_applied", &Controller::set_applied)
         .def("get_applied", &Controller::get_applied)
         .def("counts", &Controller::counts)
@@ -49,6 +51,7 @@ NB_MODULE(_core, module) {
         .def("follow", &Guard::follow, "u"_a.none(), "x"_a.none(), "inner"_a.none(), "cause"_a)
         .def("plan", &Guard::plan)
         .def("unwound", &Guard::unwound)
+        .def("take_back", &Guard::take_back)
         .def("taken", &Guard::taken)
         .def("health", &Guard::health)
         .def_prop_ro("has_guess", [](const Guard &guard) { return guard.state().has_guess != 0; });

@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 10
+#define RUMO_CORE_VERSION 11
 
 /* What the failure policy goes by; methods outside the core read these too. */
 #define RUMO_GATE_STAGES 15       /* over which the gate asks how far a state can go: over a long horizon, anywhere */
@@ -197,6 +197,11 @@ typedef struct rumo_api {
     void (*feedback)(rumo_controller *, const double *x, const double *reference, rumo_plan *);
     /* Both, with a guess at rest where there is none. */
     void (*step)(rumo_controller *, const double *x, const double *reference, rumo_plan *);
+    const double *(*taken)(const rumo_controller *); /* (nx,): the last measurement as it was used: some readings predicted */
+    /* Instead of the last step's plan, apply another of the same sample, found elsewhere: inputs (N, nu), states (N + 1, nx)
+     * and other unknowns of the intervals (N, ni), all finite, with a status of those that are applicable. It is followed,
+     * and the next guess, as if the step had come to it; returns the status counted. */
+    rumo_status (*adopt)(rumo_controller *, const double *u, const double *x, const double *inner, rumo_status);
     const char *(*error_text)(rumo_error); /* in words that follow the name of a member */
     /* All that follows is in the portable builds only. Whether a problem is one that create() can be handed, and settings. */
     rumo_fault (*check)(const rumo_problem *);
@@ -226,6 +231,8 @@ typedef struct rumo_api {
     /* Apply a candidate (u NULL: none) that came with *cause, else the plan before, else the safe input; returns the status of
      * what is applied. The cause becomes SOLVER_FAILED where a solution is none. */
     rumo_status (*guard_follow)(rumo_guard *, const double *u, const double *x, const double *inner, rumo_status *cause);
+    /* Undo what was applied at the last sample, so that another candidate can be followed at the same one. */
+    void (*guard_take_back)(rumo_guard *);
     void (*guard_state)(const rumo_guard *, rumo_guard_state *);
     /* A QP by itself: memory of qp_size bytes; v (n,), multipliers (n + rows,), conflict (n + rows,).
      * With a working set kept from a former call in the same memory (warm), it starts there. */

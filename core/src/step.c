@@ -131,6 +131,24 @@ static void conclude(rumo_controller *ctl, rumo_status cause, rumo_plan *plan) {
     ctl->behind = 1;
 }
 
+static const double *taken_measurement(const rumo_controller *ctl) { return ctl->guard.taken; }
+
+/* A plan found elsewhere in place of the last step's: what the solver keeps belongs to that one. */
+RARE static rumo_status adopt(rumo_controller *ctl, const double *u, const double *x, const double *inner, rumo_status status) {
+    const dims *s = &ctl->s;
+    const rumo_guard *g = &ctl->guard;
+    take_back(&ctl->guard);
+    copy(plan_u(ctl), u, s->N * s->nu);
+    copy(plan_x(ctl), x, (s->N + 1) * s->nx);
+    inner_to_lanes(s, inner, ctl->inner);
+    const rumo_status followed = follow(&ctl->guard, 1, status);
+    set_guess(ctl, g->next_u, g->next_x, g->next_inner);
+    ctl->prepared = ctl->stored = ctl->still = ctl->behind = ctl->stages.balanced = 0;
+    ctl->last_step = NAN;
+    solver_of(&ctl->problem.sizes)->forget(&ctl->solving);
+    return followed;
+}
+
 static double end_of_step(const rumo_controller *ctl) {
     const double seconds = ctl->settings.seconds;
     return seconds < INFINITY ? seconds_now() + seconds : INFINITY;

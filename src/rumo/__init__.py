@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         ShapeError,
         UnknownAttributeError,
         UnknownNameError,
+        UnstableModeWarning,
     )
     from rumo.estimation import Butterworth, ExtendedKalman
     from rumo.grid import Grid, IncrementBlocks, InputBlocks, MoveBlocks
@@ -117,6 +118,7 @@ __all__ = [
     "Trapezoidal",
     "UnknownAttributeError",
     "UnknownNameError",
+    "UnstableModeWarning",
     "Weight",
     "__version__",
     "faults",

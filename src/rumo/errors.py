@@ -79,6 +79,10 @@ class ForkedError(CallOrderError):
         super().__init__(message)
 
 
+class UnstableModeWarning(UserWarning):
+    """A scheme predicts that a mode of the model decays which grows: plans will not see what they have to hold."""
+
+
 class PlantError(RumoError, RuntimeError):
     """The plant could not be integrated; `log` holds the run up to that sample.
 

@@ -165,6 +165,8 @@ class Outcome(NamedTuple):
         Limits that cannot hold together: (kind, stage, index), see `rumo_conflict` in rumo_core.h.
     health : sequence of float, or None
         For each state how many deviations its reading is off, and for how many samples; 0 where nothing is wrong.
+    rescued : bool
+        Whether another controller made the plan.
     """
 
     layout: PlanLayout
@@ -176,6 +178,7 @@ class Outcome(NamedTuple):
     iterations: int = 0
     conflict: Sequence[tuple[int, int, int]] | None = None
     health: Sequence[float] | None = None
+    rescued: bool = False
 
 
 class Plan:
@@ -206,6 +209,11 @@ class Plan:
         the dynamics, or further ones that have settled; see `Settings`. One whose steps are not judged trusts them all.
         """
         return self.status.solved
+
+    @property
+    def rescued(self) -> bool:
+        """Whether the iteration was not to be trusted, and the nonlinear program's solution is the plan instead."""
+        return any(self._outcome[9:])  # the core says nothing of it
 
     @property
     def iterations(self) -> int:
@@ -299,6 +307,15 @@ class Plan:
             for k, j in np.argwhere(shares > SLACK_TOLERANCE)
         ]
         return sorted(found, key=lambda violation: -violation.share)
+
+    def after(self, waited: float, better: Plan | None = None, status: Status | None = None) -> Plan:
+        """The same step once all of the time [s] is over that was waited for; with another controller's plan."""
+        before = Outcome(*self._outcome)
+        outcome = before._replace(feedback=before.feedback + waited - before.waited, waited=waited)
+        if better is None or status is None:
+            return Plan(self._numbers, outcome)
+        rank = STATUSES.index(status)
+        return Plan(better._numbers, outcome._replace(status=rank, cause=rank, conflict=None, rescued=True))
 
     def __repr__(self) -> str:
         return f"Plan({self.status.name}, {', '.join(f'{k}={v:.6g}' for k, v in self.command.as_dict().items())})"

@@ -159,6 +159,7 @@ def test_bounds_hold_as_exactly_late_as_early(plant, horizon, growth, backend):
 
 
 @pytest.mark.usefixtures("kept_builds")
+@pytest.mark.filterwarnings("ignore::rumo.UnstableModeWarning")  # rightly
 @pytest.mark.parametrize("backend", [*BACKENDS, "tailored"])
 @pytest.mark.parametrize(("scheme", "pole"), [(rumo.ImplicitEuler(), 10.0), (rumo.ImplicitMidpoint(), 20.0)])
 def test_a_scheme_next_to_its_own_pole_solves_nothing(scheme, pole, backend):

@@ -30,6 +30,7 @@ DIMENSIONS = {
     "slacks": ("time", "interval", "constraint"),
     "status": ("time",),
     "cause": ("time",),
+    "rescued": ("time",),
     "health": ("time", "state"),
     "received": ("time", "state"),
     "measured_outputs": ("time", "measured_output"),

@@ -73,12 +73,7 @@ static void guard_state(const rumo_guard *g, rumo_guard_state *state) {
     state->next_inner = g->next_rows;
 }
 
-/* From (N, ni) to lanes, and back. */
-static void inner_to_lanes(const dims *s, const double *rows, double *lanes) {
-    for (int i = 0; i < s->ni; ++i)
-        for (int k = 0; k < s->lanes; ++k) lanes[i * s->lanes + k] = rows[(k < s->N ? k : s->N - 1) * s->ni + i];
-}
-
+/* And back: see inner_to_lanes(). */
 static void inner_to_rows(const dims *s, const double *lanes, double *rows) {
     for (int i = 0; i < s->ni; ++i)
         for (int k = 0; k < s->N; ++k) rows[k * s->ni + i] = lanes[i * s->lanes + k];

@@ -14,6 +14,7 @@ static rumo_status follow(rumo_guard *g, int solved, rumo_status cause) {
     const int N = s->N, d = s->d, nx = s->nx, nu = s->nu, decided = decided_inputs(s);
     double *u = g->u, *x = g->x, *last = g->applied + (decided - 1) * nu;
     rumo_status status = cause;
+    copy(g->was_applied, g->applied, decided * nu);
     if (solved) {
         g->inputs_left = N - d - 1;
     } else if (g->has_next && g->inputs_left > 0) {
@@ -34,7 +35,7 @@ static rumo_status follow(rumo_guard *g, int solved, rumo_status cause) {
     memmove(g->applied, g->applied + nu, (size_t)((decided - 1) * nu) * sizeof(double));
     copy(last, command, nu);
 
-    ++g->counts[status];
+    ++g->counts[g->followed = (int)status];
     g->has_next = status != RUMO_PLAN_EXHAUSTED;
     if (g->has_next) shift_plan(g);
     for (int r = 0; g->has_next && r < nx; ++r) g->moved[r] = fabs(g->next_x[r] - x[r]);
@@ -46,6 +47,14 @@ static rumo_status follow(rumo_guard *g, int solved, rumo_status cause) {
     g->resting = 0;
     g->settled = g->settles;
     return status;
+}
+
+/* Undo what was applied at the last sample: another plan is to be followed at the same one. */
+RARE static void take_back(rumo_guard *g) {
+    if (g->followed < 0) return;
+    --g->counts[g->followed];
+    copy(g->applied, g->was_applied, decided_inputs(&g->s) * g->s.nu);
+    g->followed = -1;
 }
 
 #endif

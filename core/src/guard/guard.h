@@ -18,8 +18,10 @@ struct rumo_guard {
     double *u, *x, *inner;                /* the plan: (N, nu), (N + 1, nx), (ni, lanes) */
     double *next_u, *next_x, *next_inner; /* the same one sample later: what is followed without a solution */
     int has_next, inputs_left;
-    double *applied;                      /* (max(d, 1), nu), oldest first */
+    double *applied;                      /* (max(d, 1), nu), oldest first; */
+    double *was_applied;                  /* the same before the last sample */
     long long counts[RUMO_STATUS_COUNT];
+    int followed;                         /* status of the last sample, -1 if there is none */
 
     int has_guess, resting;               /* whether the solver has a guess, and whether that is a state at rest */
     int blameless;                        /* a guess at rest has failed too, or there was no time: not the shifted plan's fault */
@@ -49,6 +51,7 @@ static void lay_out_guard(arena *a, rumo_guard *g, const rumo_guard_data *data) 
     g->next_x = alloc_doubles(a, (s.N + 1) * s.nx);
     g->next_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     g->applied = alloc_doubles(a, decided_inputs(&s) * s.nu);
+    g->was_applied = alloc_doubles(a, decided_inputs(&s) * s.nu);
     double **const of_states[] = {&g->taken,  &g->last_x, &g->smallest, &g->stayed,
                                   &g->median, &g->before, &g->moved,    &g->suspect};
     for (size_t i = 0; i < sizeof of_states / sizeof *of_states; ++i) *of_states[i] = alloc_doubles(a, s.nx);
@@ -74,6 +77,7 @@ RARE static void reset_guard(rumo_guard *g) {
     }
     for (int k = 0; k < decided_inputs(&g->s); ++k) copy(g->applied + k * nu, g->data.bounds.safe_input, nu);
     memset(g->counts, 0, sizeof g->counts);
+    g->followed = -1;
 }
 
 /* The last input decided, before the first free one. */

@@ -9,6 +9,12 @@ static inline double between(const double *x, int nx, int signal, double node) {
     return (1.0 - node) * x[signal] + node * x[nx + signal];
 }
 
+/* Unknowns of the intervals from (N, ni) to lanes. */
+static void inner_to_lanes(const dims *s, const double *rows, double *lanes) {
+    for (int i = 0; i < s->ni; ++i)
+        for (int k = 0; k < s->lanes; ++k) lanes[i * s->lanes + k] = rows[(k < s->N ? k : s->N - 1) * s->ni + i];
+}
+
 /* One sample later: values of states keep their distance from the straight line between the ends of their interval. */
 static void shift_inner(const rumo_guard *g) {
     const dims *s = &g->s;

@@ -14,6 +14,7 @@ from rumo.checks import as_mapping, as_numbers, known_names
 from rumo.controllers.arguments import Inputs, ReferenceWindow, decided_inputs
 from rumo.controllers.engines.base import Engine
 from rumo.controllers.explanation import Explanation, explain, local_error
+from rumo.controllers.instability import warn_of_misjudged_mode
 from rumo.controllers.settings import S, changed
 from rumo.errors import ArgumentError, FrozenError, ShapeError, UnknownNameError
 from rumo.forks import SharedLock
@@ -52,6 +53,7 @@ class Controller(Sealed, Generic[S]):
         self._engine = engine
         self._settings = settings
         engine.reset(decided_inputs(self.problem, None))
+        warn_of_misjudged_mode(transcription)
 
     @property
     def problem(self) -> Problem:

@@ -9,7 +9,8 @@ import numpy as np
 
 from rumo.checks import checked
 from rumo.discretization import Discretization
-from rumo.discretization.stability import eigenvalues
+from rumo.discretization.growth import misjudged_mode
+from rumo.discretization.stability import jacobians, spectra
 from rumo.kernel import SLACK_TOLERANCE
 from rumo.plan import Plan
 from rumo.signals import Array, NamedArray
@@ -53,12 +54,17 @@ def explain(plan: Plan, scheme: Discretization) -> Explanation:
     problem = checked(plan, "plan", Plan).problem
     outcome = plan.status.value if plan.status is plan.cause else f"{plan.status.value} {plan.cause.reason}"
     predicted = np.isfinite(plan.x.values).all()
-    stiffness = _stiffness(plan) if predicted else np.full(problem.horizon, np.nan)
+    rates = _jacobians(plan) if predicted else np.full((problem.horizon, 1, 1), np.nan)
+    stiffness = np.abs(spectra(rates)).max(axis=1) * problem.steps
     active = _stages(_active(plan))
     violated = _stages((violation.constraint, violation.stage) for violation in plan.violations)
     sentences = [f"Outcome: {outcome}"]
+    if plan.rescued:
+        sentences.append("Rescued: the iteration was not to be trusted; this is the nonlinear program's solution.")
     if predicted:
         sentences += _stiffest(stiffness, scheme)
+        mode = misjudged_mode(scheme, rates, problem.steps, problem.model.states.names)
+        sentences += [] if mode is None else [f"Misjudged: {mode.described(scheme)}"]
         sentences.append(_integration(plan, scheme))
     if plan.conflict:
         sentences.append(f"In conflict: {'; '.join(plan.conflict)}.")
@@ -93,11 +99,11 @@ def local_error(plan: Plan, scheme: Discretization) -> NamedArray[Array]:
     return NamedArray(problem.model.states, errors)
 
 
-def _stiffness(plan: Plan) -> Array:
-    """Largest |lambda| dt of each interval (N,), algebraic variables eliminated."""
+def _jacobians(plan: Plan) -> Array:
+    """Of the model at the end of each interval (N, nx, nx), algebraic variables eliminated."""
     problem = plan.problem
     variables = np.hstack([plan.x.values[1:], plan.z.values])
-    return np.abs(eigenvalues(problem.model, variables, plan.u.values, problem.parameters)).max(axis=1) * problem.steps
+    return jacobians(problem.model, variables, plan.u.values, problem.parameters)
 
 
 def _stiffest(stiffness: Array, scheme: Discretization) -> list[str]:

@@ -10,11 +10,12 @@ import numpy as np
 
 from rumo.checks import as_numbers
 from rumo.controllers.base import Controller
-from rumo.controllers.engines.base import Engine
 from rumo.controllers.engines.core import CoreEngine
 from rumo.controllers.engines.guarded import Guarded
 from rumo.controllers.engines.numpy import NumpyRti
-from rumo.controllers.settings import Settings, changed
+from rumo.controllers.engines.rescued import Rescued
+from rumo.controllers.nlp import DirectNlp
+from rumo.controllers.settings import NlpSettings, Settings, changed
 from rumo.discretization import Discretization
 from rumo.errors import ArgumentError, ShapeError, UnknownNameError
 from rumo.problem import Problem
@@ -43,6 +44,11 @@ class RealTimeIteration(Controller[Settings]):
         cache; "portable", the C core as installed; "reference", NumPy, some hundred times slower. "auto" takes the
         first that works, or what the environment variable RUMO_BACKEND says. Without a working compiler, "tailored" is
         "portable", and the logger "rumo" says why.
+    rescue : type of DirectNlp, or DirectNlp, optional
+        Has IPOPT solve the nonlinear program of a sample whose plan is not trusted: `rumo.DirectNlp`, within the
+        sampling time, or one of the same problem and scheme whose settings are taken, within its `max_wall_time`; and
+        within what is left of `QpOptions.time_limit`. Its solution is applied then, followed and iterated from next:
+        see `plan.rescued`.
     **changes
         Single settings by name, such as `sqp_iterations=3`.
     """
@@ -56,12 +62,17 @@ class RealTimeIteration(Controller[Settings]):
         *,
         settings: Settings = Settings(),
         backend: str = "auto",
+        rescue: type[DirectNlp] | DirectNlp | None = None,
         **changes: Any,
     ) -> None:
         settings = changed(settings, changes, Settings)
         backend = requested(backend)
         transcription = Transcription(problem, discretization)
-        super().__init__(transcription, _engine(transcription, settings, backend), settings)
+        rescuer = None if rescue is None else _rescuer(rescue, transcription)
+        engine = _engine(transcription, settings, backend)
+        super().__init__(
+            transcription, engine if rescuer is None else Rescued(engine, transcription, settings, *rescuer), settings
+        )
 
     @property
     def backend(self) -> str:
@@ -81,6 +92,8 @@ class RealTimeIteration(Controller[Settings]):
         ndarray, shape (n, 3)
             Time of linearisation (NaN without a guess), of the preparation that it belongs to, and of feedback [s].
         """
+        if isinstance(self._engine, Rescued):
+            raise ArgumentError("rescue", "a controller beside the loop in C", "none, to replay")
         if not isinstance(self._engine, CoreEngine):
             raise ArgumentError("backend", repr(self.backend), "one in C, tailored or portable, to replay")
         problem, told = self.problem, {"x": x, "reference": reference, "applied": applied}
@@ -106,7 +119,25 @@ def requested(backend: str) -> str:
     return backend
 
 
-def _engine(transcription: Transcription, settings: Settings, backend: str) -> Engine:
+def _rescuer(rescue: type[DirectNlp] | DirectNlp, transcription: Transcription) -> tuple[NlpSettings, float]:
+    """Settings of the nonlinear program that rescues a step, and the time [s] for both."""
+    given: Any = rescue
+    if isinstance(given, type) and issubclass(given, DirectNlp):
+        return NlpSettings(), transcription.problem.sampling_time
+    expected = "rumo.DirectNlp, or one of this problem and scheme"
+    if not isinstance(given, DirectNlp):
+        raise ArgumentError("rescue", repr(rescue), expected)
+    if given.problem is not transcription.problem:
+        raise ArgumentError(
+            "rescue", f"one of another problem, {given.problem!r}", expected, "Hand both the same object, or the class."
+        )
+    scheme, other = transcription.discretization, given.transcription.discretization
+    if other != scheme:
+        raise ArgumentError("rescue", f"one with {other!r}", f"one with {scheme!r}", "Hand over the class.")
+    return given.settings, given.settings.max_wall_time
+
+
+def _engine(transcription: Transcription, settings: Settings, backend: str) -> CoreEngine | Guarded:
     missing = None if backend == "reference" else missing_operation(transcription.problem)
     if missing is not None:
         message = f"The C core lacks the operation {missing}, which {transcription.problem.model.name} uses."

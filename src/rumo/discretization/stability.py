@@ -19,15 +19,23 @@ PRECISION = 1e-7
 
 
 def eigenvalues(model: Model, xz: Array, u: Array, p: Array) -> np.ndarray:
-    """Eigenvalues lambda [1/s] of a model's Jacobian (n, nx), complex, algebraic variables eliminated.
+    """Eigenvalues lambda [1/s] of a model's Jacobian (n, nx), complex; see `jacobians`."""
+    return spectra(jacobians(model, xz, u, p))
+
+
+def jacobians(model: Model, xz: Array, u: Array, p: Array) -> Array:
+    """Derivatives of a model's rates by its states (n, nx, nx) [1/s], algebraic variables eliminated.
 
     At states and algebraic variables (n, nx + nz), inputs (n, nu), parameters (n, np_) or (np_,); NaN where the model
     or its derivatives have no value.
     """
     jacobian, parameters = model.jacobian(), np.broadcast_to(p, (len(xz), len(model.parameters)))
-    points = zip(xz, u, parameters, strict=True)
-    matrices = (jacobian(*point).full() for point in points)
-    nothing = np.full(len(model.states), np.nan)
+    return np.array([jacobian(*point).full() for point in zip(xz, u, parameters, strict=True)])
+
+
+def spectra(matrices: Array) -> np.ndarray:
+    """Eigenvalues (n, nx) of matrices (n, nx, nx), complex; NaN where one is not finite."""
+    nothing = np.full(matrices.shape[1], np.nan)
     return np.array([np.linalg.eigvals(A) if np.isfinite(A).all() else nothing for A in matrices], dtype=complex)
 
 

@@ -169,6 +169,10 @@ class Guard:
         status, why = self._guard.follow(u, x, inner, STATUSES.index(cause))
         return STATUSES[status], STATUSES[why]
 
+    def take_back(self) -> None:
+        """Undo what was applied at the last sample: another candidate is to be followed at the same one."""
+        self._guard.take_back()
+
     @property
     def plan(self) -> Trajectory:
         """What is applied: inputs already decided first, states and other unknowns NaN where no plan is left."""

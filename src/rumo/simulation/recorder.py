@@ -20,7 +20,7 @@ from rumo.simulation.computed import limits_at, outputs_and_constraints
 from rumo.simulation.foreign import ForeignPlant, PlantLike, as_plant
 from rumo.simulation.plant import Plant
 from rumo.simulation.sample import Sample
-from rumo.simulation.variables import OTHERS, SKIPPED, TIMES, UNITLESS, VARIABLES
+from rumo.simulation.variables import OTHERS, RESCUED, SKIPPED, TIMES, UNITLESS, VARIABLES
 from rumo.version import __version__
 
 if TYPE_CHECKING:
@@ -179,6 +179,7 @@ class Recorder:
             data[name] = (("time", *dims), columns[name], attributes)
         for name in TIMES:
             data[name] = (("time",), self._column(name), {"units": "s", "long_name": name})
+        data["rescued"] = (("time",), self._column("rescued", kind=bool), {"long_name": RESCUED})
         coordinates: dict[str, Any] = {
             "time": ("time", self._column("time"), {"units": "s", "long_name": "time"}),
             "stage": np.arange(problem.horizon + 1),
@@ -255,7 +256,7 @@ class Recorder:
 
 def _of_plan(plan: Plan | None) -> dict[str, Any]:
     if plan is None:
-        return {"status": SKIPPED, "cause": SKIPPED, **dict.fromkeys(TIMES, np.nan)}
+        return {"status": SKIPPED, "cause": SKIPPED, "rescued": False, **dict.fromkeys(TIMES, np.nan)}
     return {
         "commanded": plan.command.values,
         "predicted_states": plan.x.values,
@@ -265,6 +266,7 @@ def _of_plan(plan: Plan | None) -> dict[str, Any]:
         "health": _health(plan),
         "status": plan.status.name,
         "cause": plan.cause.name,
+        "rescued": plan.rescued,
         "prepare_time": plan.timings.prepare,
         "feedback_time": plan.timings.feedback,
         "step_time": plan.timings.total,

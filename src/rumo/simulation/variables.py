@@ -33,6 +33,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
 """Dimensions after time, and meaning."""
 UNITLESS = ("health",)
 """Of these: in no unit, whatever is the signal's."""
+RESCUED = "whether the nonlinear program's solution was the plan, since the iteration's was not to be trusted"
 TIMES = ("prepare_time", "feedback_time", "step_time", "waited_time")
 OTHERS = ("plant", "disturbance", "received", "parameters", "estimated_deviation", "true_states", "true_outputs")
 """What loops may know besides."""

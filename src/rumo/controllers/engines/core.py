@@ -9,6 +9,7 @@ import numpy as np
 
 from rumo.controllers.arguments import ReferenceWindow, reference_window, tracked
 from rumo.controllers.engines.described import core_problem, core_settings, numbers_of
+from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.settings import Settings
 from rumo.errors import ArgumentError, CallOrderError
 from rumo.forks import SharedLock, when_forked
@@ -91,6 +92,18 @@ class CoreEngine:
     def prepare(self) -> None:
         """See `Engine.prepare`."""
         self._core.prepare()
+
+    @property
+    def taken(self) -> Array:
+        """The last measurement (nx,) as it was used: some readings are predicted."""
+        x = np.empty(len(self._problem.model.states))
+        self._core.taken(x)
+        return x
+
+    def adopt(self, trajectory: Trajectory, status: Status) -> Status:
+        """Instead of the last step's plan, apply another of the same sample, found elsewhere, and go on from it."""
+        u, x, inner = (np.ascontiguousarray(part) for part in trajectory.parts)
+        return STATUSES[self._core.adopt(u, x, inner, STATUSES.index(status))]
 
     def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
         """See `Engine.feedback`. Fastest for arrays: x (nx,) and reference (N + 1, ny), contiguous, of floats."""

@@ -38,6 +38,11 @@ class Guarded:
         The gate among them.
     backend : str
         What users call it.
+
+    Attributes
+    ----------
+    seconds : float
+        Time for a step, of which the method is told the end; infinite for any.
     """
 
     def __init__(self, method: Method, settings: ControllerSettings, backend: str = "numpy") -> None:
@@ -58,7 +63,7 @@ class Guarded:
         with self._lock:
             self.method.configure(settings)  # it may refuse them
             self._guard.configure(core_settings(settings))
-            self._limit = core_settings(settings).seconds
+            self.seconds = core_settings(settings).seconds
             self._integrator_tolerance = getattr(settings, "integrator_tolerance", INTEGRATOR_TOLERANCE)
             self._layout = PlanLayout(self._problem, self._integrator_tolerance)
 
@@ -117,11 +122,31 @@ class Guarded:
         """See `Engine.counts`."""
         return self._guard.counts
 
+    @property
+    def taken(self) -> Array:
+        """The last measurement (nx,) as it was used: some readings are predicted."""
+        return self._guard.taken
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """What is applied, with all unknowns of its intervals."""
+        return Trajectory(*self._guard.plan)
+
+    def adopt(self, trajectory: Trajectory, status: Status) -> Status:
+        """Instead of the last step's plan, apply another of the same sample, found elsewhere, and go on from it."""
+        with self._lock:
+            self._guard.take_back()
+            status, _ = self._guard.follow(trajectory.parts, status)
+            later = self._guard.next
+            self._guess = None if later is None else Trajectory(*later)
+            self._prepared = False
+            return status
+
     def step(self, x: Values, reference: ReferenceWindow) -> Plan:
         """See `Engine.step`."""
         with self._lock:
             start = perf_counter()
-            self.method.end = start + self._limit
+            self.method.end = start + self.seconds
             measurement, window = self._checked(x, reference)
             checking = perf_counter() - start
             if not self._guard.has_guess and np.isfinite(measurement).all():
@@ -162,7 +187,7 @@ class Guarded:
             if not self._prepared:
                 raise CallOrderError("feedback() needs a preparation: call prepare() first, or step() for both.")
             start = perf_counter()
-            self.method.end = start + self._limit
+            self.method.end = start + self.seconds
             return self._complete(*self._checked(x, reference), start)
 
     def _checked(self, x: Values, reference: ReferenceWindow) -> tuple[Array, Mapping[str, Array]]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from rumo.controllers.arguments import tracked
 from rumo.controllers.engines.base import Candidate, Method
+from rumo.controllers.engines.deadline import Deadline
 from rumo.controllers.engines.polish import Polish
 from rumo.controllers.engines.reach import near_reach
 from rumo.controllers.engines.stagewise import eliminate
@@ -28,10 +29,18 @@ ADMISSIBLE = 1e-2
 hard constraints hold to this."""
 
 
-class Ipopt(Method):
-    """Direct transcription and IPOPT (Waechter and Biegler, 2006), warm-started from the plan before."""
+OUT_OF_BUDGET = ("Maximum_Iterations_Exceeded", "Maximum_WallTime_Exceeded", "User_Requested_Stop")
+"""What IPOPT says then; the last where the `Deadline` is over."""
 
-    def __init__(self, transcription: Transcription, settings: NlpSettings) -> None:
+
+class Ipopt(Method):
+    """Direct transcription and IPOPT (Waechter and Biegler, 2006), warm-started from the plan before.
+
+    One that is `timed` looks at `end` after each iteration.
+    """
+
+    def __init__(self, transcription: Transcription, settings: NlpSettings, *, timed: bool = False) -> None:
+        self._timed, self._deadline = timed, None
         self.transcription = transcription
         self.settings = settings
         self._polish = Polish(transcription)
@@ -112,7 +121,21 @@ class Ipopt(Method):
             "f": cost / self._unit,
             "g": ca.vertcat(*equalities, *hard, moves),
         }
-        self._solver = ca.nlpsol("direct_nlp", "ipopt", statement, self._ipopt_options())
+        options = self._ipopt_options()
+        if self._timed:
+            sizes = {name: statement[name].numel() for name in ("x", "g", "p")}
+            self._deadline = Deadline(
+                {
+                    "x": sizes["x"],
+                    "f": 1,
+                    "g": sizes["g"],
+                    "lam_x": sizes["x"],
+                    "lam_g": sizes["g"],
+                    "lam_p": sizes["p"],
+                }
+            )
+            options["iteration_callback"] = self._deadline
+        self._solver = ca.nlpsol("direct_nlp", "ipopt", statement, options)
 
     def _structure(self) -> tuple[list[tuple[int, int]], list[int]]:
         """Constraints that are soft, as (stage, constraint), and inputs whose moves are limited."""
@@ -183,7 +206,9 @@ class Ipopt(Method):
 
     def solve(self, x: Array, window: Mapping[str, Array], guess: Trajectory, applied: Array) -> Candidate | None:
         """See `Method.solve`."""
-        problem, end = self.transcription.problem, perf_counter() + self.settings.max_wall_time
+        problem, end = self.transcription.problem, min(perf_counter() + self.settings.max_wall_time, self.end)
+        if self._deadline is not None:
+            self._deadline.end = end
         N, d = problem.horizon, problem.delay
         nx, nw = len(problem.model.states), self.transcription.unknowns
         reference = tracked(problem, window)[1:]
@@ -211,7 +236,7 @@ class Ipopt(Method):
         u = np.vstack([applied[:d], problem.blocks.matrix @ np.vstack([applied[-1], values])])
         trajectory = Trajectory(u, np.vstack([x, w[:, :nx]]), w[:, nx:])
         stats = self._solver.stats()
-        out_of_budget = stats["return_status"] in ("Maximum_Iterations_Exceeded", "Maximum_WallTime_Exceeded")
+        out_of_budget = stats["return_status"] in OUT_OF_BUDGET
         if not stats["success"] and not out_of_budget:
             self._multipliers = None
             return None
