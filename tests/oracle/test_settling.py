@@ -6,7 +6,7 @@ from problems import car, pendulum, swinging_cart, tank
 
 import rumo
 from rumo import Status
-from rumo.studies.linearization.sweeps import BASE
+from rumo.studies.linearization import BASE
 
 ENGINES = ["reference", "portable"]
 

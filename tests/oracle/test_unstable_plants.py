@@ -18,7 +18,7 @@ from scipy.sparse.linalg import spsolve
 import rumo
 from rumo.controllers import NlpSettings
 from rumo.controllers.engines.stagewise import eliminate
-from rumo.studies.linearization.sweeps import BASE
+from rumo.studies.linearization import BASE
 from rumo.textbook import cart_pendulum
 from rumo.transcription import Transcription
 

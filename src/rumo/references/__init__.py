@@ -2,6 +2,7 @@
 
 from rumo.references.base import Held, OfTime, Preview, Reference, ReferenceLike, as_reference
 from rumo.references.following import Following
+from rumo.references.road import Road, speeds_within
 from rumo.references.signals import Sampled, Sine
 from rumo.references.sine_path import Rolling, SinePath
 
@@ -12,9 +13,11 @@ __all__ = [
     "Preview",
     "Reference",
     "ReferenceLike",
+    "Road",
     "Rolling",
     "Sampled",
     "Sine",
     "SinePath",
     "as_reference",
+    "speeds_within",
 ]

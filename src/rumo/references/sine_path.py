@@ -23,6 +23,12 @@ class Rolling(Protocol):
         ...
 
 
+def check_vehicle(vehicle: Rolling | None) -> None:
+    """Raise for what is no vehicle."""
+    if vehicle is not None and (isinstance(vehicle, type) or not hasattr(vehicle, "rolling")):
+        raise ArgumentError("vehicle", repr(vehicle), "what knows its rolling, such as rumo.vehicles.PAPER_CAR")
+
+
 @dataclass(frozen=True)
 class SinePath(OfTime):
     """A sine path `p_y = a sin(2 pi p_x / w)`, driven at constant speed along it.
@@ -49,10 +55,7 @@ class SinePath(OfTime):
         finite_number(self.amplitude, "amplitude")
         positive_number(self.wavelength, "wavelength")
         finite_number(self.speed, "speed")
-        if self.vehicle is not None and (isinstance(self.vehicle, type) or not hasattr(self.vehicle, "rolling")):
-            raise ArgumentError(
-                "vehicle", repr(self.vehicle), "what knows its rolling, such as rumo.vehicles.PAPER_CAR"
-            )
+        check_vehicle(self.vehicle)
 
     def __call__(self, t: Array) -> dict[str, Array]:
         """Reference at times t (n,) [s]."""

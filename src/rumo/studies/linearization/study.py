@@ -19,11 +19,12 @@ from rumo.problem import Problem
 from rumo.registry import CONTROLLERS
 from rumo.report.contents import Report
 from rumo.signals import Array
-from rumo.simulation import Scenario
+from rumo.simulation import Plant, Scenario
 from rumo.studies.base import Key, Run, Study, shared_controller
+from rumo.studies.linearization.drives import BASE, Drive
 from rumo.studies.linearization.report import sections
 from rumo.studies.linearization.summary import Logs, sweep_outcomes
-from rumo.studies.linearization.sweeps import BASE, SWEEPS, Drive
+from rumo.studies.linearization.sweeps import SWEEPS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -72,7 +73,7 @@ KINDS: dict[str, type[Controller[Any]]] = {**CONTROLLERS, "nlp": StartedNlp, "pl
 
 @dataclass(frozen=True)
 class LinearizationStudy(Study):
-    """Settings of the study. One problem, and one controller of each kind, for all drives.
+    """Settings of the study. All drives of a sweep have one problem, and one controller of each kind.
 
     Parameters
     ----------
@@ -85,7 +86,7 @@ class LinearizationStudy(Study):
     duration : float
         Of a drive [s].
     base : Drive
-        The drive that is made harder. Its controllers, seed and duration are not used.
+        What is made harder by sweeps that have no drive of their own. Its controllers, seed and duration are not used.
 
     Raises
     ------
@@ -117,18 +118,26 @@ class LinearizationStudy(Study):
 
     def drive(self, sweep: str, value: float) -> Drive:
         """Settings of one drive."""
-        return SWEEPS[sweep].drive(self.base, float(value))
+        return SWEEPS[sweep].drive(self._base(sweep), float(value))
+
+    def _base(self, sweep: str) -> Drive:
+        return SWEEPS[sweep].base or self.base
 
     def runs(self) -> dict[Key, Run]:
         """The drives, by sweep, value and controller."""
-        problem, plant = self.base.problem(), self.base.plant()
+        of_drives: dict[int, tuple[Problem, Plant]] = {}
+        for name in self.sweeps:
+            base = self._base(name)
+            of_drives.setdefault(id(base), (base.problem(), base.plant()))
 
         def drive(sweep: str, value: float, name: str) -> SweptRun:
             settings = replace(self.drive(sweep, value), duration=self.duration, seed=self.seed)
             kind = KINDS[name]
             # Without the innovation gate: all measurements are right, however wrong a linear prediction is.
             options = {"gate": None} | ({"max_iterations": 1000} if kind is StartedNlp else {})
-            return SweptRun(replace(settings.scenario(kind, problem, plant), settings=options), sweep, value)
+            return SweptRun(
+                replace(settings.scenario(kind, *of_drives[id(self._base(sweep))]), settings=options), sweep, value
+            )
 
         return {
             (sweep, float(value), name): drive(sweep, float(value), name)
@@ -139,20 +148,20 @@ class LinearizationStudy(Study):
 
     def summary(self, results: Logs) -> dict[str, Any]:
         """What became of the drives; a value is left out where a controller has not driven it."""
-        problem, steps = self.base.problem(), round(self.duration / self.base.sampling_time)
+        problems = {name: self._base(name).problem() for name in results}
         return {
             "study": "linearization",
             "seed": self.seed,
-            "sampling_time_s": problem.sampling_time,
-            "horizon": problem.horizon,
+            "sampling_time_s": self.base.sampling_time,
+            "horizon": self.base.horizon,
             "duration_s": self.duration,
-            "sweeps": sweep_outcomes(self.controllers, problem, steps, results),
+            "sweeps": sweep_outcomes(self.controllers, problems, self.duration, results),
         }
 
     def report(self, results: Logs) -> Report:
         """Who is lost where, and what the others cost."""
         content = self.summary(results)
-        lead = f"A car on a sine path that gets harder to drive; {self.duration:g} s a drive, seed {self.seed}."
+        lead = f"A car on roads that get harder to drive; {self.duration:g} s a drive, seed {self.seed}."
         return Report("Where to linearise", lead, content, sections(content, results))
 
 

@@ -26,13 +26,17 @@ Logs = Mapping[str, Mapping[float, Mapping[str, "xr.Dataset"]]]
 """By sweep, value and controller."""
 
 
-def sweep_outcomes(controllers: Sequence[str], problem: Problem, steps: int, logs: Logs) -> dict[str, Any]:
-    """What became of each sweep, from the drives of some controllers that solved a problem.
+def sweep_outcomes(
+    controllers: Sequence[str], problems: Mapping[str, Problem], duration: float, logs: Logs
+) -> dict[str, Any]:
+    """What became of each sweep, from the drives of some controllers that solved its problem for a duration [s].
 
-    A value is left out where a controller has none; `steps` is the number of samples of a whole drive.
+    A value is left out where a controller has none.
     """
     sweeps: dict[str, Any] = {}
     for sweep, by_value in logs.items():
+        problem = problems[sweep]
+        steps = round(duration / problem.sampling_time)
         whole = {value: by_name for value, by_name in by_value.items() if len(by_name) == len(controllers)}
         if not whole:
             continue
@@ -40,8 +44,8 @@ def sweep_outcomes(controllers: Sequence[str], problem: Problem, steps: int, log
         for each in runs.values():
             for i, run in enumerate(each):
                 run["cost_over_nlp"] = run["cost"] / runs["nlp"][i]["cost"] if "nlp" in runs else None
-        about = {"title": SWEEPS[sweep].title, "unit": SWEEPS[sweep].unit, "values": list(whole)}
-        sweeps[sweep] = about | {"controllers": runs}
+        about = {"title": SWEEPS[sweep].title, "unit": SWEEPS[sweep].unit, "horizon": problem.horizon}
+        sweeps[sweep] = about | {"values": list(whole), "controllers": runs}
     return sweeps
 
 

@@ -5,35 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from rumo.checks import non_negative_number, positive_number
+from rumo.checks import finite_number, non_negative_number, positive_number
 from rumo.estimation import Estimator
-from rumo.simulation import Constant
-from rumo.studies.paper import CLOSE_WEIGHTS, FILTER, NOISE, PaperStudy
-
-
-@dataclass(frozen=True)
-class Drive(PaperStudy):
-    """The case study with a car that may point away from its path at first.
-
-    Parameters
-    ----------
-    heading_error : float
-        Angle from the path's tangent to the car at the start [rad].
-    """
-
-    heading_error: float = 0.0
-
-    def initial_state(self) -> dict[str, float]:
-        """Plant state at the start, driving straight ahead without slip."""
-        state = super().initial_state()
-        return state | {"psi": state["psi"] + self.heading_error}
-
-
-BASE = Drive(weights=CLOSE_WEIGHTS, estimator=None, noise={}, wind=Constant(0.0), initial_error=0.0)
-"""The drive that is made harder: the paper's path and car, but exact measurements, no wind, a start on the path."""
+from rumo.studies.linearization.corners import CHICANE, CORNER, HAIRPIN, LONG_BEND, RIGHT_ANGLE, CornerDrive
+from rumo.studies.linearization.drives import Drive
+from rumo.studies.paper import FILTER, NOISE
 
 
 @dataclass(frozen=True)
@@ -50,13 +30,16 @@ class Sweep:
         (base, value) -> the drive.
     check : callable
         (value, argument) -> value; raises for a value that cannot be driven.
+    base : Drive or None
+        What is made harder; None: what the study says.
     """
 
     title: str
     unit: str
     values: tuple[float, ...]
-    drive: Callable[[Drive, float], Drive]
+    drive: Callable[[Any, float], Drive]
     check: Callable[[object, str], float] = non_negative_number
+    base: Drive | None = None
 
 
 def _with_initial_error(base: Drive, error: float) -> Drive:
@@ -81,6 +64,21 @@ def _with_noise(base: Drive, scale: float, estimator: Estimator | None) -> Drive
     noise = {name: scale * deviation for name, deviation in NOISE.items()}
     return replace(base, noise=noise, estimator=estimator, path=replace(base.path, speed=12.0))
 
+
+def _with_grip(base: CornerDrive, share: float) -> Drive:
+    return replace(base, grip=share)
+
+
+def _with_ice(base: CornerDrive, duration: float) -> Drive:
+    return replace(base, ice=duration)
+
+
+def _corner(title: str, values: tuple[float, ...], **changes: Any) -> Sweep:
+    return Sweep(title, "mu g", values, _with_grip, positive_number, replace(CORNER, **changes))
+
+
+BEND = replace(CORNER, bends=LONG_BEND, held_speed=True)
+"""Along a bend at the speed that it is made for, which is held."""
 
 SWEEPS: dict[str, Sweep] = {
     "initial_error": Sweep(
@@ -121,5 +119,31 @@ SWEEPS: dict[str, Sweep] = {
         (0.0, 0.5, 1.0, 1.5, 2.0, 3.0),
         partial(_with_noise, estimator=None),
     ),
+    "hairpin": _corner("Grip used in a hairpin", (0.7, 0.85, 1.0, 1.1), bends=HAIRPIN),
+    "chicane": _corner("Grip used in a chicane", (0.7, 0.85, 1.0, 1.1), bends=CHICANE),
+    "right_angle": _corner("Grip used in a right angle", (0.7, 0.85, 1.0, 1.1), bends=RIGHT_ANGLE),
+    "cold_start": Sweep(
+        "Grip used in a bend, cold start",
+        "mu g",
+        (0.5, 0.7, 0.9, 1.0, 1.1),
+        _with_grip,
+        positive_number,
+        replace(BEND, in_the_bend=True),
+    ),
+    "bend_error": Sweep(
+        "Start in a bend, to its inside",
+        "m",
+        (-12.0, -8.0, -4.0, -2.0, 2.0, 4.0, 8.0, 12.0),
+        _with_initial_error,
+        finite_number,
+        replace(BEND, grip=0.5, in_the_bend=True),
+    ),
+    "ice": Sweep(
+        "Time on ice in a bend",
+        "s",
+        (0.16, 0.32, 0.64, 1.0, 1.2),
+        _with_ice,
+        base=BEND,
+    ),
 }
-"""What can grow, by name. Noise is driven at 12 m/s, all else but speed at the speed of the base, 8 m/s."""
+"""What can grow, by name. On the sine path noise is driven at 12 m/s, all else but speed at the base's speed, 8 m/s."""
