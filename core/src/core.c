@@ -32,6 +32,7 @@
 #define unwind NULL
 #define taken NULL
 #define health NULL
+#define expect NULL
 #define drop_guess NULL
 #define follow_candidate NULL
 #define guard_state NULL
@@ -86,6 +87,7 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     taken,
     health,
     follow_candidate,
+    expect,
     guard_state,
     program_size,
     solve_program,
