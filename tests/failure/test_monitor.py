@@ -12,7 +12,7 @@ from rumo.controllers.engines.described import lead
 from rumo.discretization import ExplicitEuler, Gauss2, ImplicitEuler, Radau2, Trapezoidal
 from rumo.references import SinePath
 from rumo.simulation import Plant, Scenario, Sensors
-from rumo.simulation.faults import Drift, Frozen, Weakened
+from rumo.simulation.faults import Drift, Frozen, Offset, Weakened
 from rumo.studies import PaperStudy
 from rumo.studies.faults import BASE
 from rumo.textbook import cart_pendulum, van_de_vusse_reactor
@@ -101,6 +101,7 @@ def test_a_second_is_enough_to_tell_of_a_position_that_drifts_or_stays(controlle
 @pytest.mark.parametrize(
     "fault",
     [
+        Drift(BAD, "p_x", 0.02),
         Drift(BAD, "psi", 0.004),
         Drift(BAD, "v_x", 0.02),
         Drift(BAD, "v_y", 0.02),
@@ -115,6 +116,14 @@ def test_other_sensors_of_the_car_are_told_of_too(fault):
     assert samples.size
     assert samples[0] >= FIRST
     assert getattr(fault, "signal", None) in states or set(getattr(fault, "signals", ())) & states
+
+
+def test_a_position_that_is_off_by_no_more_than_the_gate_lets_pass_is_told_of():
+    path = SinePath(3.0, 60.0, 11.0, PAPER_CAR)
+    samples, states = told(drive(replace(RAW, path=path, seed=6), faults=(Offset(BAD, "p_x", -0.45),)))
+    assert samples.size
+    assert samples[0] >= FIRST
+    assert states == {"p_x"}
 
 
 def test_steering_that_is_dead_shows_in_the_steering_angle():

@@ -22,7 +22,7 @@ typedef struct monitor {
     int due, expects, fresh;  /* whether there is a new plan, what comes of it is known, and a sample was compared with it */
     double *reading, *usual;  /* (nx,): the last reading that was new, and by how much they change from sample to sample */
     double *way_since;        /* (nx,): that the prediction has gone since */
-    int *changes, *repeats;   /* (nx,): readings in a row that differ, and those that do not */
+    int *changes, *repeats;   /* (nx,): readings that differ, less a price for repeats; and those in a row that do not */
     int has_reading;
 } monitor;
 

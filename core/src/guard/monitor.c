@@ -22,6 +22,10 @@
  * moved by this share of its usual change. */
 #define MONITOR_REPEATS 8
 #define MONITOR_MOTION 0.1
+/* A repeat counts as much as so many changes. */
+#define MONITOR_PRICE 10
+/* Nobody counts any further. */
+#define MONITOR_MOST 1000000000
 
 /* Say what is wrong with a reading. */
 static void complain(rumo_guard *g, int r, double deviations, int samples, rumo_symptom symptom) {
@@ -40,12 +44,14 @@ static void find_stuck(rumo_guard *g, const double *x) {
         const double step = fabs(x[r] - m->reading[r]);
         if (!isfinite(x[r])) continue;
         if (m->has_reading && !(step > 0.0)) {
-            ++m->repeats[r];
+            m->repeats[r] += m->repeats[r] < MONITOR_MOST;
             m->way_since[r] += g->moved[r];
             continue;
         }
         changed = 1;
-        m->changes[r] = m->repeats[r] ? 0 : m->changes[r] < MONITOR_LEARNED ? m->changes[r] + 1 : MONITOR_LEARNED;
+        const int repeats = m->repeats[r] < MONITOR_REPEATS ? m->repeats[r] : MONITOR_REPEATS;
+        const int count = m->changes[r] + 1 - MONITOR_PRICE * repeats;
+        m->changes[r] = count < 0 ? 0 : count < MONITOR_LEARNED ? count : MONITOR_LEARNED;
         m->repeats[r] = 0;
         m->way_since[r] = 0.0;
         if (m->has_reading) m->usual[r] += 0.1 * (step - m->usual[r]);
@@ -74,7 +80,7 @@ static void find_leaving(rumo_guard *g, const double *x) {
         m->smooth[r] += (m->apart[r] - m->smooth[r]) / MONITOR_SMOOTH;
         if (m->learned < MONITOR_LEARNED) continue;
         const double size = fabs(m->smooth[r]);
-        m->beyond[r] = size > m->unit[r] ? m->beyond[r] + 1 : 0;
+        m->beyond[r] = size > m->unit[r] ? m->beyond[r] + (m->beyond[r] < MONITOR_MOST) : 0;
         if (size > MONITOR_LIMIT * m->unit[r] && g->health[3 * r + 2] == RUMO_HEALTHY)
             complain(g, r, size / m->unit[r], m->beyond[r], RUMO_LEAVING);
     }
@@ -109,8 +115,10 @@ static void expect_reading(rumo_guard *g, int r, double own, double change) {
         m->square[r] += weight * (smaller(size * size, least) - m->square[r]);
     }
     m->way[r] += way - m->way[r] / MONITOR_SAMPLES;
-    m->unit[r] = larger(sqrt(m->square[r]), sensors->noise[r]) + larger(sensors->resolution[r], g->smallest[r]) +
-                 MONITOR_SHARE * m->way[r] + MONITOR_DIGITS * fabs(g->x[r]) + 1e-12;
+    /* A sensor that often repeats itself shows steps. */
+    const double steps = larger(sensors->resolution[r], 2 * m->changes[r] < MONITOR_LEARNED ? g->smallest[r] : 0.0);
+    m->unit[r] = larger(sqrt(m->square[r]), sensors->noise[r]) + steps + MONITOR_SHARE * m->way[r] +
+                 MONITOR_DIGITS * fabs(g->x[r]) + 1e-12;
     m->kept[r] = lasts * (1.0 - 1.0 / larger(2.0, smaller(m->compared + 2, MONITOR_SAMPLES)));
     m->ahead[r] = sensors->lead[r] * lasts * change;
 }
