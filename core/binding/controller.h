@@ -197,7 +197,7 @@ private:
             function(core_, state.data(), wanted.data(), &plan);
             std::copy_n(plan.numbers, count_, out.writable());
             if (plan.conflicts > 0) limits.assign(plan.conflict, plan.conflict + plan.conflicts);
-            if (plan.symptoms > 0) symptoms.assign(plan.health, plan.health + 2 * states());
+            if (plan.symptoms > 0) symptoms.assign(plan.health, plan.health + 3 * states());
         }
         nb::object health = nb::none();
         if (!symptoms.empty()) health = nb::cast(symptoms);

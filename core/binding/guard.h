@@ -109,9 +109,15 @@ public:
     }
 
     void health(nb::handle symptoms) {
-        const auto count = 2 * static_cast<std::size_t>(sizes_.states);
+        const auto count = 3 * static_cast<std::size_t>(sizes_.states);
         const Vector out(symptoms, count, "symptoms");
         std::copy_n(api_->guard_health(guard_), count, out.writable());
+    }
+
+    void expect(nb::handle A) {
+        const auto nx = static_cast<std::size_t>(sizes_.states);
+        const Vector matrix(A, nx * nx, "A");
+        api_->guard_expect(guard_, matrix.data());
     }
 
     // Writes a measurement with its angles next to what is predicted.

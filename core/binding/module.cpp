@@ -54,6 +54,7 @@ NB_MODULE(_core, module) {
         .def("take_back", &Guard::take_back)
         .def("taken", &Guard::taken)
         .def("health", &Guard::health)
+        .def("expect", &Guard::expect)
         .def_prop_ro("has_guess", [](const Guard &guard) { return guard.state().has_guess != 0; });
     nb::class_<Qp>(module, "Qp")
         .def(nb::init<int, int>(), "variables"_a, "rows"_a)

@@ -107,6 +107,9 @@ typedef struct rumo_conflict {
     int stage, index;
 } rumo_conflict;
 
+/* What is wrong with a reading: it is held back; it is used, but leaves the prediction; it is used, but stays as it is. */
+typedef enum rumo_symptom { RUMO_HEALTHY, RUMO_HELD, RUMO_LEAVING, RUMO_STUCK } rumo_symptom;
+
 /* What a step returns; the arrays belong to the controller and stay until its next call. */
 typedef struct rumo_plan {
     const double *numbers; /* u (N, nu), x (N + 1, nx), path constraints as linearised (N, nc), z (N, nz), diagnostics */
@@ -115,7 +118,8 @@ typedef struct rumo_plan {
     int iterations;            /* of the QP solver */
     const rumo_conflict *conflict; /* limits that cannot hold together, if there is no solution; */
     int conflicts;                 /* how many */
-    const double *health; /* (nx, 2): of readings that are held back, how far off in deviations, and for how many samples; */
+    const double *health; /* (nx, 3): of readings with which something is wrong, how far off in deviations, for how many
+                             samples, and what it is (rumo_symptom); */
     int symptoms;         /* of how many */
     double prepare_seconds, feedback_seconds;
     double waited_seconds;    /* by the caller: the feedback, and the preparation where no call was made for it before */
@@ -227,12 +231,14 @@ typedef struct rumo_api {
      * inputs can move each state over the next stages, NULL where not known. */
     rumo_status (*guard_admit)(rumo_guard *, const double *x, const double *reference, int count, const double *reach);
     const double *(*guard_taken)(const rumo_guard *); /* that measurement as it is to be used: some readings are predicted */
-    const double *(*guard_health)(const rumo_guard *); /* (nx, 2), as in rumo_plan */
+    const double *(*guard_health)(const rumo_guard *); /* (nx, 3), as in rumo_plan */
     /* Apply a candidate (u NULL: none) that came with *cause, else the plan before, else the safe input; returns the status of
      * what is applied. The cause becomes SOLVER_FAILED where a solution is none. */
     rumo_status (*guard_follow)(rumo_guard *, const double *u, const double *x, const double *inner, rumo_status *cause);
     /* Undo what was applied at the last sample, so that another candidate can be followed at the same one. */
     void (*guard_take_back)(rumo_guard *);
+    /* How the state after a sample depends on that before it, A (nx, nx) by rows: for the monitor. */
+    void (*guard_expect)(rumo_guard *, const double *A);
     void (*guard_state)(const rumo_guard *, rumo_guard_state *);
     /* A QP by itself: memory of qp_size bytes; v (n,), multipliers (n + rows,), conflict (n + rows,).
      * With a working set kept from a former call in the same memory (warm), it starts there. */

@@ -32,6 +32,7 @@
 #define unwind NULL
 #define taken NULL
 #define health NULL
+#define expect NULL
 #define drop_guess NULL
 #define follow_candidate NULL
 #define guard_state NULL
@@ -89,6 +90,7 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     health,
     follow_candidate,
     take_back,
+    expect,
     guard_state,
     program_size,
     solve_program,

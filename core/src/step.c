@@ -43,8 +43,27 @@ static void advance_guess(rumo_controller *ctl) {
     }
 }
 
+/* What the next readings depend on, as the last plan was linearised. Wide models have no maps to say so. */
+static void expect_readings(rumo_controller *ctl) {
+    rumo_guard *g = &ctl->guard;
+    const stage_maps *m = &ctl->stages;
+    if (is_wide(m) || !begin_expecting(g)) return;
+    for (int r = 0; r < ctl->s.nx; ++r) {
+        double own = 0.0, change = g->x[r] - g->next_x[r];
+        for (int e = m->map.start[r]; e < m->end_of_A[r]; ++e) {
+            const int j = m->map.column[e];
+            const double entry = m->maps[(ptrdiff_t)e * ctl->s.lanes];
+            change += entry * (g->next_x[j] - g->x[j]);
+            if (j == r) own = entry;
+        }
+        expect_reading(g, r, own, change);
+    }
+    g->monitor.fresh = 0;
+}
+
 static void prepare_in_time(rumo_controller *ctl) {
     const double start = seconds_now();
+    expect_readings(ctl);
     ctl->linearize_seconds = NAN;
     if (ctl->guard.has_guess) {
         if (ctl->stored) set_guess(ctl, ctl->stored_u, ctl->stored_x, ctl->stored_inner);

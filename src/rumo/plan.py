@@ -62,9 +62,13 @@ class Violation:
         return f"{self.constraint} at stage {self.stage}: {100.0 * self.share:.2g} % over"
 
 
+SYMPTOMS = "held", "leaving", "stuck"
+"""As `rumo_symptom` in rumo_core.h counts them."""
+
+
 @dataclass(frozen=True)
 class Symptom:
-    """A reading that was not used.
+    """A reading with which something is wrong.
 
     Attributes
     ----------
@@ -72,16 +76,23 @@ class Symptom:
         Whose.
     size : float
         How far it is from the prediction, in standard deviations of what is usual; infinite if it is no number, or one
-        that its sensor cannot show.
+        that its sensor cannot show. Of one that is stuck, how many samples repeat it.
     duration : float
         For how long it has been so [s].
+    kind : str
+        "held": implausible, and not used. Others are used: "leaving" is one that leaves bit by bit what is predicted
+        from all before it, as with a drift, or with an actuator that does not do what it is told; "stuck" is one that
+        stays as it is, where others change and it always did.
     """
 
     state: str
     size: float
     duration: float
+    kind: str = "held"
 
     def __str__(self) -> str:
+        if self.kind == "stuck":
+            return f"measured {self.state} stays as it is, for {self.duration:.3g} s"
         if self.size == np.inf:
             return f"measured {self.state} is no reading, for {self.duration:.3g} s"
         return f"measured {self.state} leaves the prediction by {self.size:.2g} sigma, for {self.duration:.3g} s"
@@ -164,7 +175,8 @@ class Outcome(NamedTuple):
     conflict : list of tuple, or None
         Limits that cannot hold together: (kind, stage, index), see `rumo_conflict` in rumo_core.h.
     health : sequence of float, or None
-        For each state how many deviations its reading is off, and for how many samples; 0 where nothing is wrong.
+        For each state how many deviations its reading is off, for how many samples, and which of `SYMPTOMS` it is, from
+        1 on; 0 where nothing is wrong.
     rescued : bool
         Whether another controller made the plan.
     """
@@ -236,13 +248,13 @@ class Plan:
 
     @property
     def health(self) -> tuple[Symptom, ...]:
-        """What is wrong with single readings of the measurement, which are held back: predicted, or believed later."""
+        """What is wrong with single readings of the measurement: held back, leaving the prediction, or stuck."""
         problem, found = self.problem, self._outcome[8] or ()
-        pairs = zip(problem.model.states, found[::2], found[1::2], strict=bool(found))
+        of_each = zip(problem.model.states, found[::3], found[1::3], found[2::3], strict=bool(found))
         return tuple(
-            Symptom(name, float(size), float(samples) * problem.sampling_time)
-            for name, size, samples in pairs
-            if samples
+            Symptom(name, float(size), float(samples) * problem.sampling_time, SYMPTOMS[int(kind) - 1])
+            for name, size, samples, kind in of_each
+            if kind
         )
 
     @property

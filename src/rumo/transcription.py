@@ -227,6 +227,18 @@ class Transcription:
                 return w, sensitivity
         raise np.linalg.LinAlgError(f"Newton's method has not converged after {NEWTON_ITERATIONS} iterations")
 
+    def sensitivity(self, begin: Array, u: Array, end: Array, inner: Array) -> Array:
+        """How the state at the end of the first interval depends on that at its beginning, A (nx, nx), at a trajectory.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            If the linearised equations are singular.
+        """
+        given = self.given(self.problem.parameters)[0]
+        _, A0, M = (value.full() for value in self._newton(np.r_[end, inner], begin, u, given))
+        return np.linalg.solve(M, A0)[: len(begin)]
+
     def _interval(self) -> Any:
         """All substeps of an interval; its unknowns are those of the last substep, then those of the ones before."""
         substep, m = self._substep, self.discretization.substeps

@@ -61,6 +61,18 @@ static const double *taken(const rumo_guard *g) { return g->taken; }
 
 static const double *health(const rumo_guard *g) { return g->health; }
 
+/* How the state after a sample depends on that before it, A (nx, nx). */
+static void expect(rumo_guard *g, const double *A) {
+    const int nx = g->s.nx;
+    if (!begin_expecting(g)) return;
+    for (int r = 0; r < nx; ++r) {
+        double change = g->x[r] - g->next_x[r];
+        for (int j = 0; j < nx; ++j) change += A[r * nx + j] * (g->next_x[j] - g->x[j]);
+        expect_reading(g, r, A[r * nx + r], change);
+    }
+    g->monitor.fresh = 0;
+}
+
 static const double *unwind(rumo_guard *g, const double *x) { return unwound(g, x); }
 
 static void drop_guess(rumo_guard *g) { g->has_guess = g->resting = 0; }

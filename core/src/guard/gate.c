@@ -3,6 +3,7 @@
 #define RUMO_GATE_C
 
 #include "guard/guard.h"
+#include "guard/monitor.c"
 
 /* Repeated samples are suspicious only after so many that differed: some callers always pass the same. */
 #define GATE_CHANGES 5
@@ -136,13 +137,6 @@ static int is_held(rumo_guard *g, const double *x, int r, double limit, double a
 /* A share of normal innovations' deviation that is their median size. */
 #define GATE_NORMAL 0.6745
 
-/* Say of a reading that it is held back: how many deviations it is off, and for how many samples it has been. */
-static void complain(rumo_guard *g, int r, double innovation, int samples) {
-    g->health[2 * r] = GATE_NORMAL * innovation / g->median[r];
-    g->health[2 * r + 1] = samples;
-    ++g->symptoms;
-}
-
 /* Whether a measurement is used: x (nx,), in which readings that are held back become what is predicted.
  *
  * Held back is what cannot be: readings that are farther from the prediction than is usual, and than a share of what inputs
@@ -158,8 +152,10 @@ static int plausible(rumo_guard *g, double *x, const double *reach) {
         copy(g->last_x, x, nx);
         g->has_last = 1;
         g->missing = 0;
+        interrupt_monitor(&g->monitor, nx);
         return 1;
     }
+    find_stuck(g, x);
     if (is_near(g, x) || !reach) {
         for (int r = 0; r < nx; ++r) {
             const double innovation = fabs(x[r] - g->next_x[r]);
@@ -170,6 +166,7 @@ static int plausible(rumo_guard *g, double *x, const double *reach) {
         g->missing = 0;
         if (!is_repeated(g, x)) remember(g, x);
         if (g->learned < GATE_LEARNED) ++g->learned;
+        find_leaving(g, x);
         return 1;
     }
     const int suspicious = is_suspicious(g, x, reach);
@@ -183,7 +180,8 @@ static int plausible(rumo_guard *g, double *x, const double *reach) {
         judged += there;
         bad += g->out[r];
         if (possible) learn(g, r, innovation, limit);
-        if (g->out[r]) complain(g, r, possible ? innovation : INFINITY, possible ? g->held[r] : g->missing + 1);
+        const double deviations = possible ? GATE_NORMAL * innovation / g->median[r] : INFINITY;
+        if (g->out[r]) complain(g, r, deviations, possible ? g->held[r] : g->missing + 1, RUMO_HELD);
         if (!g->out[r]) g->before[r] = innovation;
     }
     if (g->learned < GATE_LEARNED) ++g->learned;
@@ -203,13 +201,14 @@ static int plausible(rumo_guard *g, double *x, const double *reach) {
         if (g->out[r]) x[r] = g->next_x[r];
         else g->held[r] = 0;
     }
+    find_leaving(g, x);
     return 1;
 }
 
 /* Whether a sample is one that can be used, as far as its numbers say: OPTIMAL, or why not. */
 static rumo_status finite_sample(rumo_guard *g, const double *x, int reference_is_finite) {
     int impossible = 0;
-    if (g->symptoms) zero(g->health, 2 * g->s.nx);
+    if (g->symptoms) zero(g->health, 3 * g->s.nx);
     g->symptoms = 0;
     for (int r = 0; r < g->s.nx; ++r) impossible += !is_possible(g, x, r);
     const int gated = g->has_next && !isinf(g->gate_width);

@@ -9,6 +9,23 @@
 #include "base/arena.h"
 #include "base/dims.h"
 
+/* What tells of slow faults, see monitor.c. */
+typedef struct monitor {
+    double *apart, *smooth;   /* (nx,): readings less what is predicted from all before, and the same smoothed */
+    double *kept, *ahead;     /* (nx,): the share of it that is there again, and what the scheme predicts too far */
+    double *square;           /* (nx,): mean square of it, */
+    double *unit;             /* and the deviation that is usual */
+    double *way;              /* (nx,): that the prediction goes in the samples compared */
+    int *beyond;              /* (nx,): samples in a row beyond one deviation */
+    int compared, learned;    /* samples since there are predictions, up to MONITOR_SAMPLES, and in all, up to MONITOR_MEMORY */
+    double share;             /* of the first interval until the next sample */
+    int due, expects, fresh;  /* whether there is a new plan, what comes of it is known, and a sample was compared with it */
+    double *reading, *usual;  /* (nx,): the last reading that was new, and by how much they change from sample to sample */
+    double *way_since;        /* (nx,): that the prediction has gone since */
+    int *changes, *repeats;   /* (nx,): readings that differ, less a price for repeats; and those in a row that do not */
+    int has_reading;
+} monitor;
+
 struct rumo_guard {
     dims s;
     rumo_guard_data data;
@@ -36,8 +53,9 @@ struct rumo_guard {
     double *moved;                        /* (nx,): how far the plan moves until the next sample */
     double *suspect;                      /* (nx,): the last reading that was held back, */
     int *held, *out;                      /* how often in a row it was, and whether the present one is */
-    double *health;                       /* (nx, 2): of those held back, deviations and samples; else 0 */
+    double *health;                       /* (nx, 3): of those not healthy, deviations, samples and rumo_symptom; else 0 */
     int symptoms;
+    monitor monitor;
     int missing;                          /* samples in a row with a reading that cannot be */
 
     double *rows, *next_rows;             /* (N, ni): for callers of a guard by itself */
@@ -55,8 +73,14 @@ static void lay_out_guard(arena *a, rumo_guard *g, const rumo_guard_data *data) 
     double **const of_states[] = {&g->taken,  &g->last_x, &g->smallest, &g->stayed,
                                   &g->median, &g->before, &g->moved,    &g->suspect};
     for (size_t i = 0; i < sizeof of_states / sizeof *of_states; ++i) *of_states[i] = alloc_doubles(a, s.nx);
+    monitor *m = &g->monitor;
+    double **const watched[] = {&m->apart, &m->smooth, &m->kept,    &m->ahead, &m->square,
+                                &m->unit,  &m->way,    &m->reading, &m->usual, &m->way_since};
+    for (size_t i = 0; i < sizeof watched / sizeof *watched; ++i) *watched[i] = alloc_doubles(a, s.nx);
+    int **const counted[] = {&m->beyond, &m->changes, &m->repeats};
+    for (size_t i = 0; i < sizeof counted / sizeof *counted; ++i) *counted[i] = alloc_ints(a, s.nx);
     g->held = alloc_ints(a, s.nx);
-    g->health = alloc_doubles(a, 2 * s.nx);
+    g->health = alloc_doubles(a, 3 * s.nx);
     g->out = alloc_ints(a, s.nx);
 }
 
@@ -65,11 +89,27 @@ static void configure_guard(rumo_guard *g, const rumo_settings *settings) {
     g->gate_patience = settings->gate_patience;
 }
 
+/* Without a prediction there is nothing to compare with. */
+static inline void interrupt_monitor(monitor *m, int nx) {
+    m->expects = m->fresh = m->compared = 0;
+    zero(m->apart, nx);
+    zero(m->smooth, nx);
+}
+
+RARE static void reset_monitor(monitor *m, int nx) {
+    interrupt_monitor(m, nx);
+    m->learned = m->due = m->has_reading = 0;
+    double *const numbers[] = {m->square, m->way, m->usual, m->way_since};
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; ++i) zero(numbers[i], nx);
+    for (int r = 0; r < nx; ++r) m->beyond[r] = m->changes[r] = m->repeats[r] = 0;
+}
+
 RARE static void reset_guard(rumo_guard *g) {
     const int nu = g->s.nu;
     g->has_next = g->inputs_left = g->has_guess = g->resting = g->blameless = g->settled = g->settles = 0;
-    zero(g->health, 2 * g->s.nx);
+    zero(g->health, 3 * g->s.nx);
     g->symptoms = 0;
+    reset_monitor(&g->monitor, g->s.nx);
     g->repeats = g->changes = g->has_last = g->learned = g->missing = 0;
     for (int r = 0; r < g->s.nx; ++r) {
         g->smallest[r] = g->stayed[r] = g->median[r] = g->before[r] = g->moved[r] = 0.0;

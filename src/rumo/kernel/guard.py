@@ -144,10 +144,14 @@ class Guard:
 
     @property
     def health(self) -> Array:
-        """Of the readings held back: how many deviations off, and for how many samples (2 nx,); 0 of others."""
-        symptoms = np.empty(2 * self._sizes["states"])
+        """Of readings with a symptom: how many deviations off, for how many samples, and which (3 nx,); else 0."""
+        symptoms = np.empty(3 * self._sizes["states"])
         self._guard.health(symptoms)
         return symptoms
+
+    def expect(self, A: Array) -> None:
+        """Say how the state after a sample depends on that before it, A (nx, nx): once a sample, after `follow`."""
+        self._guard.expect(np.ascontiguousarray(A, dtype=float))
 
     def unwound(self, x: Array) -> Array:
         """A measurement (nx,) with its angles next to what is predicted."""

@@ -275,7 +275,7 @@ def _of_plan(plan: Plan | None) -> dict[str, Any]:
 
 
 def _health(plan: Plan) -> Array:
-    """Sizes of the symptoms of readings held back (nx,), 0 where there is none."""
+    """Sizes of the symptoms of readings (nx,), 0 where there is none."""
     states, sizes = plan.problem.model.states, np.zeros(len(plan.problem.model.states))
     for symptom in plan.health:
         sizes[states.index(symptom.state)] = symptom.size

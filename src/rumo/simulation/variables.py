@@ -18,7 +18,10 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "slacks": (("interval", "constraint"), "violation of the path constraints at the interval's end"),
     "status": ((), "outcome of the step"),
     "cause": ((), "what kept the step from being solved"),
-    "health": (("state",), "how far a reading that was held back is from the prediction, in usual deviations; else 0"),
+    "health": (
+        ("state",),
+        "size of a reading's symptom: usual deviations from the prediction, or samples that it is stuck; else 0",
+    ),
     "received": (("state",), "measured states as they arrived, faults included"),
     "measured_outputs": (("measured_output",), "further measurements"),
     "received_outputs": (("measured_output",), "further measurements as they arrived, faults included"),

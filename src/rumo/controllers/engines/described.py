@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rumo.controllers.settings import ControllerSettings, LtvSettings, Settings
+from rumo.discretization.stability import lead
 from rumo.kernel import BOUNDS, Description, Guard, describe
 from rumo.kernel import Settings as CoreSettings
 from rumo.problem import Problem
@@ -134,4 +135,5 @@ def _placed(transcription: Transcription) -> dict[str, Array]:
     shift = Shift(transcription)
     values = {f"shift_{name}": getattr(shift, name) for name in ("stages", "shares", "intervals")}
     values |= {f"sensors_{name}": array for name, array in transcription.problem.sensors.arrays.items()}
+    values["sensors_lead"] = np.full(len(transcription.problem.model.states), lead(transcription.discretization))
     return values | {"inner_signals": transcription.inner_signals, "inner_nodes": transcription.inner_nodes}

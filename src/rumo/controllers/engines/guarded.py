@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from time import perf_counter
 
@@ -18,6 +19,7 @@ from rumo.errors import CallOrderError
 from rumo.forks import SharedLock
 from rumo.interrupts import interruptible
 from rumo.kernel import SLACK_TOLERANCE
+from rumo.kernel import Trajectory as Followed
 from rumo.plan import INTEGRATOR_TOLERANCE, Outcome, Plan, PlanLayout
 from rumo.signals import Array, Values
 from rumo.status import STATUSES, Status
@@ -53,6 +55,7 @@ class Guarded:
         self._guess: Trajectory | None = None  # where the next step linearises or starts from
         self._wanted: Mapping[str, Array] | None = None  # the last reference
         self._begins: dict[str, float] = {}  # where that of each angle began
+        self._followed: Followed | None = None  # the last plan, until the monitor has it
         self._prepared, self._prepare_time = False, 0.0
         self._conflict: list[tuple[int, int, int]] = []  # hard constraints that the last solution exceeded
         self._problem = method.transcription.problem
@@ -64,6 +67,7 @@ class Guarded:
             self.method.configure(settings)  # it may refuse them
             self._guard.configure(core_settings(settings))
             self.seconds = core_settings(settings).seconds
+            self._gated = settings.gate is not None
             self._integrator_tolerance = getattr(settings, "integrator_tolerance", INTEGRATOR_TOLERANCE)
             self._layout = PlanLayout(self._problem, self._integrator_tolerance)
 
@@ -83,7 +87,7 @@ class Guarded:
         with self._lock:
             self._guard.reset()
             self._guard.applied = applied
-            self._guess = self._wanted = None
+            self._guess = self._wanted = self._followed = None
             self._begins = {}
             self._prepared, self._prepare_time = False, 0.0
             self.method.reset()
@@ -167,11 +171,21 @@ class Guarded:
         with interruptible():
             start = perf_counter()
             with np.errstate(all="ignore"):
+                self._expect()
                 if self._guess is not None and not (self._keep(self._guess) and self._advance(self._guess)):
                     self._guard.drop()
                     self._guess = None
             self._prepared = True
             self._prepare_time = perf_counter() - start
+
+    def _expect(self) -> None:
+        """What the next readings depend on: for the monitor, once a plan."""
+        plan, self._followed = self._followed, None
+        if plan is not None and self._gated:
+            with suppress(np.linalg.LinAlgError):
+                self._guard.expect(
+                    self.method.transcription.sensitivity(plan.x[0], plan.u[0], plan.x[1], plan.inner[0])
+                )
 
     def _keep(self, guess: Trajectory) -> bool:
         """Prepare at a guess; whether it gives numbers, and the guard keeps it."""
@@ -208,6 +222,7 @@ class Guarded:
             if candidate is None:
                 self.method.missed()
             status, cause = self._guard.follow(None if candidate is None else candidate.trajectory.parts, cause)
+            self._followed = self._guard.plan
             later = self._guard.next if self._guard.has_guess else None
             self._guess = None if later is None else Trajectory(*later)
             self._prepared = False

@@ -87,10 +87,10 @@ def outcome(log: xr.Dataset | None, exception: str | None = None) -> dict[str, A
 def told(log: xr.Dataset) -> NDArray[np.bool_]:
     """At which samples the controller said that something was wrong (K,).
 
-    Everything by which it can say so belongs here: its status, and readings that it held back.
+    Everything by which it can say so belongs here: its status, and symptoms of readings.
     """
-    held = (log["health"].to_numpy() > 0.0).any(axis=1)
-    return held | ~np.isin(log["status"].to_numpy().astype(str), (*SOLVED, SKIPPED))
+    symptoms = (log["health"].to_numpy() > 0.0).any(axis=1)
+    return symptoms | ~np.isin(log["status"].to_numpy().astype(str), (*SOLVED, SKIPPED))
 
 
 def bad_samples(log: xr.Dataset) -> tuple[int, int]:
