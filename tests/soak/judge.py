@@ -37,6 +37,7 @@ class Judge:
             )
         }
         self.shapes = {name: term.shape for name, term in (terms | derivatives).items()}
+        self.coupled = self._coupled(derivatives)
         packed = [ca.vec(ca.densify(term)) for term in (terms | derivatives).values()]
         stage: Any = ca.Function("stage", [w, x, u, p], [ca.vertcat(*packed)])
         self._buffer, self._run = stage.map(AT_ONCE).buffer()
@@ -45,6 +46,14 @@ class Judge:
         for i, argument in enumerate(self._arguments):
             self._buffer.set_arg(i, memoryview(argument))
         self._buffer.set_res(0, memoryview(self._result))
+
+    def _coupled(self, derivatives: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+        """Which unknowns of an interval depend on states before, and on inputs: rounding must not couple others."""
+        patterns = [np.array(ca.DM(derivatives[f"phi_{of}"].sparsity(), 1).full() != 0.0) for of in "wxu"]
+        reached = patterns[0] | np.eye(len(patterns[0]), dtype=bool)
+        for _ in range(len(reached).bit_length()):
+            reached = reached @ reached
+        return reached @ patterns[1], reached @ patterns[2]
 
     def evaluate(self, *arguments: np.ndarray) -> np.ndarray:
         """All terms (n, size) of stages whose arguments are rows (n, ...)."""

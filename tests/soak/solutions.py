@@ -21,7 +21,7 @@ from soak.verdict import OPTIMAL, SOFT, Verdict
 
 ERROR = 1e-6
 """Of free inputs, over their ranges, or over the longest step of one where that is longer."""
-WILD = 1e6
+WILD = 1e5
 """States so many times as large as usual are not judged: of sines of such numbers few digits are left."""
 SHIFT = 1e-7
 """Of limits, over their scales, or over what the inputs' ranges do to them where that is less."""
@@ -153,6 +153,8 @@ class Solutions:
         right = np.concatenate([terms["phi_x"], terms["phi_u"], terms["phi"]], axis=3)
         solved = solve(-terms["phi_w"], right)[:, :, : self.size]
         self.A, self.B, self.c = solved[..., :nx], solved[..., nx : nx + nu], solved[..., -1]
+        by_state, by_input = (pattern[: self.size] for pattern in self.judge_.coupled)
+        self.A, self.B = np.where(by_state, self.A, 0.0), np.where(by_input, self.B, 0.0)
 
     def _judge_dynamics(self) -> None:
         before = self.dx[:, :-1]
