@@ -52,7 +52,7 @@
     INTS(code, t->length, 4) /* operation, result, a, b */ \
     DOUBLES(constants, t->length, 1, RUMO_FREE)
 
-/* A sparse matrix sorted by rows; entry e is term first + e of a stage. */
+/* A sparse matrix sorted by rows, then by columns; entry e is term first + e of a stage. */
 #define RUMO_PATTERN_TABLE(COUNT, INTS, DOUBLES, STRUCT) \
     COUNT(count, 0)                                      \
     COUNT(first, 0)                                      \

@@ -37,9 +37,14 @@ RARE static rumo_fault check_places(const char *part, const int *row, const int 
     return check_order(part, row, count);
 }
 
+/* No entry comes twice: room is laid out for as many products of entries as there can be. */
 RARE static rumo_fault check_pattern(const char *part, const rumo_pattern *p, int rows, int columns, int slots) {
     if (p->first > slots - p->count) return (rumo_fault){RUMO_OUT_OF_RANGE, part, "first", -1};
-    return check_places(part, p->row, p->column, p->count, rows, columns);
+    TRY(check_places(part, p->row, p->column, p->count, rows, columns));
+    for (int e = 1; e < p->count; ++e)
+        if (p->row[e] == p->row[e - 1] && p->column[e] <= p->column[e - 1])
+            return (rumo_fault){RUMO_OUT_OF_ORDER, part, "column", e};
+    return no_fault;
 }
 
 static int takes_two(int operation) {

@@ -102,6 +102,9 @@ static void indices(const rumo_problem *good) {
     WITH_INT(M.row, good->M.count, 0, nw, RUMO_OUT_OF_RANGE, "M", "row", 0);
     WITH_INT(M.row, good->M.count, 0, nw - 1, RUMO_OUT_OF_ORDER, "M", "row", 1);
     WITH_INT(B.column, good->B.count, 0, s->inputs, RUMO_OUT_OF_RANGE, "B", "column", 0);
+    for (int i = 1; i < good->M.count; ++i)
+        if (good->M.row[i] == good->M.row[i - 1])
+            WITH_INT(M.column, good->M.count, i, good->M.column[i - 1], RUMO_OUT_OF_ORDER, "M", "column", i);
     WITH_INT(elimination.size, e->blocks, 0, e->size[0] + 1, RUMO_OUT_OF_RANGE, "elimination", "size", e->blocks);
     WITH_INT(elimination.unknowns, nw, 1, e->unknowns[0], RUMO_OUT_OF_RANGE, "elimination", "unknowns", 1);
     WITH_INT(elimination.below, nw, nw - 1, -1, RUMO_TOO_LARGE, "elimination", "lower", -1);

@@ -6,6 +6,24 @@
 
 #define ALIGNMENT 64
 
+/* Under the address sanitizer no piece may be left by its ends: it knows nothing of pieces, but of a gap after each. */
+#if defined(__SANITIZE_ADDRESS__)
+#define RUMO_GAPS 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define RUMO_GAPS 1
+#endif
+#endif
+#ifdef RUMO_GAPS
+void __asan_poison_memory_region(void const volatile *, size_t);
+void __asan_unpoison_memory_region(void const volatile *, size_t);
+#define GAP ALIGNMENT
+#else
+#define GAP 0
+#define __asan_poison_memory_region(piece, size) (void)(piece)
+#define __asan_unpoison_memory_region(piece, size) (void)(piece)
+#endif
+
 typedef struct arena {
     unsigned char *base; /* NULL: measure only */
     size_t used;
@@ -13,8 +31,11 @@ typedef struct arena {
 
 static inline void *alloc(arena *a, size_t bytes) {
     void *piece = a->base ? a->base + a->used : NULL;
-    a->used += (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    const size_t size = (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT + GAP;
+    a->used += size;
+    if (piece && GAP) __asan_unpoison_memory_region(piece, bytes); /* it may have been a gap of others before */
     if (piece) memset(piece, 0, bytes);
+    if (piece && GAP) __asan_poison_memory_region((unsigned char *)piece + bytes, size - bytes);
     return piece;
 }
 

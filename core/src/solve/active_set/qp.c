@@ -232,8 +232,11 @@ static void enter(qp *q, int row) {
     else stage_row(q, row, AT_LOWER, 0.0);
 }
 
-/* w for the multipliers that were kept. If those of a wild program lead far off, there is no way back: start afresh. */
+/* w for the multipliers that were kept. If those of a wild program lead far off, there is no way back: start afresh. A row that
+ * waits to join since the budget of a solution ran out has waited for another program. */
 static void start_warm(qp *q) {
+    if (q->pending) watch(q, q->member[q->count], INACTIVE);
+    q->pending = 0;
     start_at_minimum(q);
     if (!q->count) return;
     const double expected = dot(q->w, q->w, q->ld) + q->span;

@@ -14,6 +14,8 @@
 #define NEGLIGIBLE 1e-8
 /* As many steps of refinement at most. */
 #define MOST_STEPS 20
+/* A step after which states are not what inputs lead to any more, in units of v. */
+#define FAR 10.0
 /* A distance in units of v that no rounding explains, after refinement. */
 #define DISTINCT 1e-8
 
@@ -61,13 +63,24 @@ static inline void set_fine(qp *q, double share, double stretch) {
     q->stretch = stretch;
 }
 
-/* Refine until there is nothing left to gain. */
-static void polish(qp *q) {
+/* Refine until there is nothing left to gain; returns the longest step. */
+static double refine_on(qp *q) {
     q->kkt_residual = refine(q);
+    double longest = q->last_step;
     for (int i = 0; i < MOST_STEPS && q->last_step > 0.0 && !is_over(q->end); ++i) {
         const double residual = q->kkt_residual, step = q->last_step;
         q->kkt_residual = refine(q);
+        longest = larger(longest, q->last_step);
         if (!(q->kkt_residual < 0.9 * residual || q->last_step < 0.5 * step)) break;
+    }
+    return longest;
+}
+
+/* The same; and after steps so long that what they were added to has lost its digits, again from w alone. */
+static void polish(qp *q) {
+    for (int i = 0; refine_on(q) > FAR && i < MOST_STEPS && !is_over(q->end); ++i) {
+        q->evaluated = 0;
+        evaluate_at_w(q);
     }
 }
 

@@ -65,14 +65,16 @@ RARE static int give_way(riccati *r) {
     return fewer;
 }
 
-/* What is kept becomes members of the working set again. */
+/* What is kept becomes members of the working set again: each once, since one that has been kept last may be a member too, and
+ * as many as there is room for. What depends on others is not needed. */
 RARE static void unpin(riccati *r) {
     const dims *s = &r->s;
     qp *q = &r->q;
     for (int k = s->d; k < s->N; ++k)
         for (int j = 0; j < s->nu; ++j) {
             const int i = k * s->nu + j, row = j * s->lanes + k;
-            if (!r->pins[i]) continue;
+            const int member = q->state[row] == AT_LOWER || q->state[row] == AT_UPPER;
+            if (!r->pins[i] || member || q->count == q->capacity - 1) continue;
             watch(q, row, (row_state)r->pins[i]);
             q->member[q->count] = row;
             q->mu[q->count++] = -r->pin_slopes[i];

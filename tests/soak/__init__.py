@@ -1,0 +1,1 @@
+"""Random problems, random drives through them, and a judge of every step that shares nothing with the core."""

@@ -1,0 +1,28 @@
+"""Random steps: no command that is bad, and nothing called solved that is not."""
+
+import sys
+
+import pytest
+
+from rumo.kernel.tailored import CompilerError, compiler
+from soak.judged import soak
+
+
+def has_compiler():
+    try:
+        return bool(compiler())
+    except CompilerError:
+        return False
+
+
+pytestmark = [
+    pytest.mark.skipif(not has_compiler(), reason="no C compiler on this machine"),
+    pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the watched core is built as on Linux"),
+]
+
+
+@pytest.mark.parametrize("steps", [3_000, pytest.param(100_000, marks=pytest.mark.slow)])
+def test_judged(steps):
+    total, bad = soak(steps, seed=0)
+    assert not bad
+    assert total["proven"] > 2 * total["undecided"]
