@@ -161,7 +161,7 @@ class Settings(LtvSettings):
 
     sqp_iterations: int = 1
     settling_iterations: int = 100
-    trusted_step: float = 0.03
+    trusted_step: float = 0.05
     preparation_iterations: int = 0
     tolerance: float = 1e-9
     integrator_tolerance: float = INTEGRATOR_TOLERANCE
