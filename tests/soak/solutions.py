@@ -299,6 +299,9 @@ class Solutions:
         self.verdict.blame(steps[~exceeded & (claims == SOFT)], "no soft limit is exceeded")
 
         over = imposed & ~hard & (room < G)
+        # Whether rows are imposed that inputs hardly influence depends on how that is measured.
+        hardly = (influence > 1e-3 * NO_INFLUENCE * unit) & (influence < 1e3 * NO_INFLUENCE * unit)
+        self.unclear = (hardly & (-room < G)).any(axis=1)
         curvature = np.where(over, 2.0 * l2, 0.0)
         H += J.transpose(0, 2, 1) @ (curvature[:, :, None] * J)
         price = np.where(over, l1 + 2.0 * l2 * np.maximum(G, 0.0), 0.0)
@@ -365,7 +368,7 @@ class Solutions:
         for i in np.flatnonzero(~good):
             growth = 1.0 + 1e-3 * self._growth(chosen[i : i + 1])[0]
             rounding[i] += growth * ROUNDING * reach[i] * np.linalg.norm(np.abs(white[i]) @ self._lost(chosen[i], i))
-        bad = (error > allowed + rounding) & (rounding < 1e3 * allowed)
+        bad = (error > allowed + rounding) & (rounding < 1e3 * allowed) & ~self.unclear
         for i in np.flatnonzero(bad):
             verdict.blame(steps[i : i + 1], f"the plan is not optimal: {error[i]:.1e} off, {allowed[i]:.1e} allowed")
         verdict.proven += int(good.sum())
