@@ -72,7 +72,8 @@ static int takes_two(int operation) {
 }
 
 RARE static rumo_fault check_tape(const char *part, const rumo_tape *tape, const rumo_sizes *s) {
-    const int arguments[ARGUMENTS] = {s->states, s->states, s->inputs, s->parameters, RUMO_UNKNOWNS - s->states};
+    const int others = s->explicit_scheme ? 0 : RUMO_UNKNOWNS - s->states; /* there is no guess of what an explicit one has inside */
+    const int arguments[ARGUMENTS] = {s->states, s->states, s->inputs, s->parameters, others};
     for (int i = 0; i < tape->length; ++i) {
         const int operation = tape->code[4 * i], result = tape->code[4 * i + 1], a = tape->code[4 * i + 2],
                   b = tape->code[4 * i + 3], registers = tape->registers;
