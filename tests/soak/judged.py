@@ -22,8 +22,8 @@ HURRIED = 0.05
 """Share of problems whose controllers may run out of time, which a seed does not repeat."""
 
 
-def judged(watch: Watch, seed: int) -> tuple[Counter, list[str]]:
-    """Drives of the problem of a seed; what came of them, and what is bad."""
+def judged(watch: Watch, seed: int, length: int = STEPS) -> tuple[Counter, list[str]]:
+    """Drives of the problem of a seed, so many steps each; what came of them, and what is bad."""
     rng = np.random.default_rng(seed)
     drawn = draw(rng)
     hurried = chance(rng, HURRIED)
@@ -33,7 +33,7 @@ def judged(watch: Watch, seed: int) -> tuple[Counter, list[str]]:
     for number in range(DRIVES):
         if number:
             controller.update(**some_changes(rng, controller.problem))
-        made = drive(rng, drawn, watch, controller, STEPS, hurried)
+        made = drive(rng, drawn, watch, controller, length, hurried)
         verdict = judge.judge(made)
         found.update(counts(made.status) | {"judged": verdict.checked, "proven": verdict.proven})
         found.update(undecided=verdict.undecided, bad=len(verdict.bad))
@@ -41,13 +41,13 @@ def judged(watch: Watch, seed: int) -> tuple[Counter, list[str]]:
     return found, bad
 
 
-def soak(steps: int, seed: int, say=lambda text: None) -> tuple[Counter, list[str]]:
-    """So many steps at least, of the problems of seeds one after the other."""
+def soak(steps: int, seed: int, say=lambda text: None, length: int = STEPS) -> tuple[Counter, list[str]]:
+    """So many steps at least, of the problems of seeds one after the other, in drives of a length."""
     total, bad, began, said = Counter(), [], time.monotonic(), 0.0
     with tempfile.TemporaryDirectory() as folder:
         watch = Watch(Path(folder))
         while total["judged"] < steps:
-            found, worse = judged(watch, seed)
+            found, worse = judged(watch, seed, length)
             total.update(found)
             bad += worse
             seed += 1

@@ -33,6 +33,8 @@ SLACK = 1e-6
 """A constraint counts as violated above this share of its scale: as documented."""
 OF_STATES, OF_INPUTS = ("y_xz", "G_xz"), ("y_u", "G_u")
 NO_INFLUENCE = 1e-10
+HELD = 1.0
+"""See `rumo_symptom` in rumo_core.h."""
 
 
 class Solutions:
@@ -125,7 +127,7 @@ class Solutions:
         """The first state is what was measured, but for full turns and what is held back; so is what is wanted."""
         drive, steps, sensors = self.drive, self.steps, self.problem.sensors
         apart = self.measured - drive.measured[steps]
-        held = drive.health[steps, :, 1] > 0.0
+        held = drive.health[steps, :, 2] == HELD
         self.blame((~held & ~turned(apart, sensors.turn, 1e-6)).any(axis=1), "a measurement became another")
         given = drive.wanted[steps]
         turn = np.where(sensors.output_states >= 0, sensors.turn[sensors.output_states], 0.0)

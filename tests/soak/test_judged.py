@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from rumo.kernel.tailored import CompilerError, compiler
-from soak.judged import soak
+from soak.judged import STEPS, soak
 
 
 def has_compiler():
@@ -21,8 +21,8 @@ pytestmark = [
 ]
 
 
-@pytest.mark.parametrize("steps", [3_000, pytest.param(100_000, marks=pytest.mark.slow)])
-def test_judged(steps):
-    total, bad = soak(steps, seed=0)
+@pytest.mark.parametrize(("steps", "length"), [(3_000, 50), pytest.param(100_000, STEPS, marks=pytest.mark.slow)])
+def test_judged(steps, length):
+    total, bad = soak(steps, seed=0, length=length)
     assert not bad
     assert total["proven"] > 2 * total["undecided"]
