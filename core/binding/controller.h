@@ -97,6 +97,13 @@ public:
         std::copy_n(api_->taken(core_), states(), out.writable());
     }
 
+    // Where what was wanted then began.
+    void begins(nb::handle wanted) {
+        const Vector out(wanted, static_cast<std::size_t>(sizes_.outputs), "wanted");
+        Lock lock(*this);
+        std::copy_n(api_->begins(core_), static_cast<std::size_t>(sizes_.outputs), out.writable());
+    }
+
     // Another plan for the sample of the last step; returns the status counted.
     int adopt(nb::handle u, nb::handle x, nb::handle inner, int status) {
         const auto horizon = static_cast<std::size_t>(sizes_.horizon);

@@ -26,6 +26,7 @@ NB_MODULE(_core, module) {
         .def("rest", &Controller::rest)
         .def("engage", &Controller::engage)
         .def("taken", &Controller::taken)
+        .def("begins", &Controller::begins)
         .def("adopt", &Controller::adopt)
         .def("set_applied", &Controller::set_applied)
         .def("get_applied", &Controller::get_applied)

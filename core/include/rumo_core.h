@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 11
+#define RUMO_CORE_VERSION 12
 
 /* What the failure policy goes by; methods outside the core read these too. */
 #define RUMO_GATE_STAGES 15       /* over which the gate asks how far a state can go: over a long horizon, anywhere */
@@ -202,6 +202,7 @@ typedef struct rumo_api {
     /* Both, with a guess at rest where there is none. */
     void (*step)(rumo_controller *, const double *x, const double *reference, rumo_plan *);
     const double *(*taken)(const rumo_controller *); /* (nx,): the last measurement as it was used: some readings predicted */
+    const double *(*begins)(const rumo_controller *); /* (ny,): where what was wanted then began, of angles without jumps of a turn */
     /* Instead of the last step's plan, apply another of the same sample, found elsewhere: inputs (N, nu), states (N + 1, nx)
      * and other unknowns of the intervals (N, ni), all finite, with a status of those that are applicable. It is followed,
      * and the next guess, as if the step had come to it; returns the status counted. */

@@ -69,6 +69,7 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     feedback,
     step,
     taken_measurement,
+    wanted_beginnings,
     adopt,
     error_text,
     check_problem,

@@ -152,6 +152,8 @@ static void conclude(rumo_controller *ctl, rumo_status cause, rumo_plan *plan) {
 
 static const double *taken_measurement(const rumo_controller *ctl) { return ctl->guard.taken; }
 
+static const double *wanted_beginnings(const rumo_controller *ctl) { return ctl->begins; }
+
 /* A plan found elsewhere in place of the last step's: what the solver keeps belongs to that one. */
 RARE static rumo_status adopt(rumo_controller *ctl, const double *u, const double *x, const double *inner, rumo_status status) {
     const dims *s = &ctl->s;

@@ -97,6 +97,41 @@ def test_a_reading_that_was_held_back_is_predicted_for_the_nonlinear_program_too
     np.testing.assert_allclose(plan.x.values[0], expected, atol=1e-9)
 
 
+def turning(angle):
+    """A body that a motor turns, slowly; its heading is measured as an angle, or with its turns."""
+    model = rumo.Model(
+        {"heading": "rad", "rate": "rad/s"},
+        {"torque": "N"},
+        lambda x, u, p: {"heading": x.rate, "rate": u.torque},
+    )
+    return rumo.Problem(
+        model,
+        horizon=20,
+        sampling_time=0.1,
+        track={"heading": rumo.Weight(1.0, range=1.0)},
+        moves={"torque": rumo.Weight(0.01, range=2.0)},
+        bounds={"torque": (-1.0, 1.0)},
+        measurements={"heading": rumo.Measurement(angle=angle)},
+    )
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_angle_goes_on_to_what_has_got_ahead_by_more_than_half_a_turn(engine):
+    """As one whose turns are counted does."""
+    wrapped, counted = (rescued(turning(angle), backend=engine) for angle in (True, False))
+    x, handed_over = np.zeros(2), 0
+    for k in range(40):
+        wanted = min(0.5 * k, 8.0)
+        expected = counted.step(x, {"heading": wanted})
+        plan = wrapped.step([np.angle(np.exp(1j * x[0])), x[1]], {"heading": np.angle(np.exp(1j * wanted))})
+        assert plan.trusted
+        assert apart(wrapped.problem, plan.u.values, expected.u.values) < 1e-5
+        handed_over += plan.rescued
+        x = expected.x.values[1]
+    assert handed_over > 10
+    assert x[0] > 4.0
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("nlp", [{"max_iterations": 0}, {"max_wall_time": 1e-9}], ids=str)
 def test_without_a_solution_the_step_is_what_it_was(nlp, engine):

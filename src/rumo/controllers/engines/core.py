@@ -100,6 +100,13 @@ class CoreEngine:
         self._core.taken(x)
         return x
 
+    @property
+    def begins(self) -> dict[str, float]:
+        """Where the last reference of each output began; angles without jumps of a turn."""
+        wanted = np.empty(len(self._problem.outputs))
+        self._core.begins(wanted)
+        return dict(zip(self._problem.outputs, wanted.tolist(), strict=True))
+
     def adopt(self, trajectory: Trajectory, status: Status) -> Status:
         """Instead of the last step's plan, apply another of the same sample, found elsewhere, and go on from it."""
         u, x, inner = (np.ascontiguousarray(part) for part in trajectory.parts)

@@ -45,6 +45,8 @@ class Guarded:
     ----------
     seconds : float
         Time for a step, of which the method is told the end; infinite for any.
+    begins : dict
+        Where the last reference of each angle began, without jumps of a turn: there the next one goes on.
     """
 
     def __init__(self, method: Method, settings: ControllerSettings, backend: str = "numpy") -> None:
@@ -54,7 +56,7 @@ class Guarded:
         self._guard = guard_of(method.transcription, settings)
         self._guess: Trajectory | None = None  # where the next step linearises or starts from
         self._wanted: Mapping[str, Array] | None = None  # the last reference
-        self._begins: dict[str, float] = {}  # where that of each angle began
+        self.begins: dict[str, float] = {}
         self._followed: Followed | None = None  # the last plan, until the monitor has it
         self._prepared, self._prepare_time = False, 0.0
         self._conflict: list[tuple[int, int, int]] = []  # hard constraints that the last solution exceeded
@@ -88,7 +90,7 @@ class Guarded:
             self._guard.reset()
             self._guard.applied = applied
             self._guess = self._wanted = self._followed = None
-            self._begins = {}
+            self.begins = {}
             self._prepared, self._prepare_time = False, 0.0
             self.method.reset()
 
@@ -285,10 +287,10 @@ class Guarded:
         for name in (name for name in self.method.signals if name in states and name in window):
             i = states.index(name)
             if self._problem.sensors.turn[i] and np.isfinite(window[name]).all():
-                before = self._begins.get(name, float(x[i]))
+                before = self.begins.get(name, float(x[i]))
                 start = before if np.isfinite(before) else window[name][0]
                 unwound[name] = np.unwrap(np.r_[start, window[name]])[1:]
-                self._begins[name] = unwound[name][0]
+                self.begins[name] = unwound[name][0]
         return unwound
 
     def _assessed(self, candidate: Candidate) -> Status:

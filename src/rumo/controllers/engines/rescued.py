@@ -124,6 +124,7 @@ class Rescued:
         """The nonlinear program's plan, from the engine's; None if it is not solved by then."""
         x, nlp = self.engine.taken, self._nlp
         nlp.reset(applied)
+        nlp.begins = dict(self.engine.begins)  # an angle's reference may be more than half a turn ahead
         if np.isfinite(plan.x.values).all():
             nlp.start(np.vstack([x, plan.x.values[1:]]), plan.u.values)
         nlp.seconds = end - perf_counter()
