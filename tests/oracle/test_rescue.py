@@ -1,6 +1,7 @@
 """Where an iteration is not to be trusted, the nonlinear program's solution takes its place, then and later."""
 
 from dataclasses import replace
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -180,7 +181,7 @@ def test_other_numbers_reach_the_nonlinear_program():
 def test_the_class_alone_is_enough_and_settings_stay_its_own():
     problem = pendulum()
     controller = rumo.RealTimeIteration(problem, rescue=rumo.DirectNlp, **EVERY_STEP)
-    assert np.isfinite(controller.step([0.8, 0.0], {"angle": 0.5}).u.values).all()
+    assert controller.step([0.8, 0.0], {"angle": 0.5}).rescued
     controller.configure(trusted_step=0.1, settling_iterations=10)
     assert not controller.step([0.8, 0.0], {"angle": 0.5}).rescued
 
@@ -203,6 +204,36 @@ def test_phases_explanation_and_times():
     assert plan.timings.waited == plan.timings.feedback
     assert "Rescued: " in str(controller.explain(plan))
     assert "Rescued: " not in str(controller.explain(controller.step([np.nan, 0.0], {"angle": 0.5})))
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda controller: controller.reset(),
+        lambda controller: controller.engage(applied=[0.0]),
+        lambda controller: controller.prepare(),
+        lambda controller: controller.applied,
+        lambda controller: controller.status_counts,
+    ],
+    ids=["reset", "engage", "prepare", "applied", "status_counts"],
+)
+def test_other_threads_wait_for_the_rescue_of_a_step(call, monkeypatch):
+    controller = rescued(pendulum())
+    rescue, solve = controller._engine, controller._engine._nlp.step
+    answers, threads = [], []
+
+    def interrupted(x, reference):
+        threads.append(Thread(target=lambda: answers.append(call(controller))))
+        threads[0].start()
+        threads[0].join(timeout=0.1)
+        assert threads[0].is_alive()
+        return solve(x, reference)
+
+    monkeypatch.setattr(rescue._nlp, "step", interrupted)
+    plan = controller.step([0.8, 0.0], {"angle": 0.5})
+    assert plan.rescued
+    threads[0].join(timeout=60.0)
+    assert len(answers) == 1
 
 
 def test_what_a_rescue_has_to_be():

@@ -28,7 +28,8 @@ class Rescued:
     """An engine beside which IPOPT solves the same sample, where a step of the engine's is not to be trusted.
 
     It starts from the engine's plan, with the measurement that the gate let pass and the same inputs decided. Its
-    solution, if there is one before the time is over, is what the engine applies, follows and starts from next.
+    solution, if there is one before the time is over, is what the engine applies, follows and starts from next. Threads
+    that share both wait until a step and its rescue are over.
 
     Parameters
     ----------
@@ -71,20 +72,24 @@ class Rescued:
 
     def reset(self, applied: Array) -> None:
         """See `Engine.reset`."""
-        self.engine.reset(applied)
+        with self._lock:
+            self.engine.reset(applied)
 
     def rest(self, x: Array) -> None:
         """See `Engine.rest`."""
-        self.engine.rest(x)
+        with self._lock:
+            self.engine.rest(x)
 
     def start(self, x: Array, u: Array) -> None:
         """See `Engine.start`."""
-        self.engine.start(x, u)
+        with self._lock:
+            self.engine.start(x, u)
 
     @property
     def applied(self) -> Array:
         """See `Engine.applied`."""
-        return self.engine.applied
+        with self._lock:
+            return self.engine.applied
 
     @applied.setter
     def applied(self, inputs: Array) -> None:
@@ -94,11 +99,13 @@ class Rescued:
     @property
     def counts(self) -> Counter[Status]:
         """See `Engine.counts`."""
-        return self.engine.counts
+        with self._lock:
+            return self.engine.counts
 
     def prepare(self) -> None:
         """See `Engine.prepare`."""
-        self.engine.prepare()
+        with self._lock:
+            self.engine.prepare()
 
     def feedback(self, x: Values, reference: ReferenceWindow) -> Plan:
         """See `Engine.feedback`."""
