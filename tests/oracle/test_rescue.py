@@ -236,6 +236,19 @@ def test_other_threads_wait_for_the_rescue_of_a_step(call, monkeypatch):
     assert len(answers) == 1
 
 
+def test_the_monitor_expects_what_follows_from_the_rescued_plan(monkeypatch):
+    problem, start, reference = swinging_cart()
+    controller, told = rescued(problem, backend="reference"), []
+    guard = controller._engine.engine._guard
+    monkeypatch.setattr(guard, "expect", told.append)
+    plan = controller.step(start, reference)
+    assert plan.rescued
+    controller.prepare()
+    u, x, inner = guard.plan
+    np.testing.assert_array_equal(u, plan.u.values)
+    np.testing.assert_array_equal(told[-1], controller.transcription.sensitivity(x[0], u[0], x[1], inner[0]))
+
+
 def test_what_a_rescue_has_to_be():
     problem = pendulum()
     with pytest.raises(rumo.ArgumentError, match="rescue: got one of another problem"):

@@ -143,7 +143,7 @@ class Guarded:
         with self._lock:
             self._guard.take_back()
             status, _ = self._guard.follow(trajectory.parts, status)
-            later = self._guard.next
+            self._followed, later = self._guard.plan, self._guard.next
             self._guess = None if later is None else Trajectory(*later)
             self._prepared = False
             return status
