@@ -8,7 +8,7 @@ from scipy.linalg import expm
 from scipy.stats import ortho_group
 
 import rumo
-from rumo.discretization.growth import cures, interval_factors, is_misjudged, misjudged_mode
+from rumo.discretization.growth import MisjudgedMode, cures, interval_factors, is_misjudged, misjudged_mode
 from rumo.registry import DISCRETIZATIONS, MODELS
 from rumo.textbook import cart_pendulum
 
@@ -122,6 +122,35 @@ def test_the_interval_that_is_too_long_is_named():
     grid = rumo.Grid([0.1] * 6 + [0.4, 0.8])
     with pytest.warns(rumo.UnstableModeWarning, match=r"interval of 0\.8 s before stage 8"):
         rumo.RealTimeIteration(steered(linear(3.0, 1.0), 0.1, horizon=grid))
+
+
+@pytest.mark.parametrize("jump", [19.0, 30.0, 1e4])
+def test_a_jump_to_another_state_hides_no_mode_that_an_input_could_hold(jump):
+    alone, both = (linear(np.diag(rates), np.ones((len(rates), 1))) for rates in ([jump], [jump, 3.0]))
+    rumo.RealTimeIteration(steered(alone, 1.0))  # warnings are errors
+    with pytest.warns(
+        rumo.UnstableModeWarning, match=r"linear: x1 has an unstable mode with a time constant of 0\.33 s"
+    ):
+        controller = rumo.RealTimeIteration(steered(both, 1.0), backend="portable")
+    plan = controller.step(np.zeros(2), {"x0": 0.0, "x1": 0.0})
+    assert "Misjudged: x1 has" in str(controller.explain(plan))
+
+
+@pytest.mark.parametrize(
+    ("rate", "believed"),
+    [
+        (1.5, "-2 times: plans believe that it changes its sign"),
+        (2.0, "-1 times: plans believe that it changes its sign"),
+        (2.5, "-0.67 times: plans believe that it decays"),
+        (0.1 + 0.437j, "1 times: plans believe that it stays as it is"),
+        (0.1 + 2.0j, "0.46 times: plans believe that it decays"),
+    ],
+)
+def test_what_plans_believe_is_what_the_number_says(rate, believed):
+    """Of implicit Euler, which multiplies a mode by 1 / (1 - z)."""
+    rate = complex(rate)
+    mode = MisjudgedMode(("x",), rate, 1, 1.0, 1.0 / (1.0 - rate))
+    assert f"predicts {believed}" in mode.described(rumo.ImplicitEuler())
 
 
 def test_algebraic_variables_are_eliminated():

@@ -21,6 +21,9 @@ from rumo.signals import Array
 
 MATTERS = np.log(2.0)
 """Growth over the horizon, as a logarithm, below which nobody would call a mode unstable."""
+CONTROLLABLE = np.log(1e8)
+"""Growth over an interval, as a logarithm, beyond which no input held for so long could hold a mode: what grows like
+that is a jump to another state, which an implicit scheme rightly passes over."""
 NOISE = 1e4 * np.finfo(float).eps
 """Of an eigenvalue, over the size of its matrix times the eigenvalue's condition."""
 TAKES_PART = 0.3
@@ -62,13 +65,14 @@ class MisjudgedMode:
         """In words, with the cure."""
         period = f", with a period of {2.0 * np.pi / abs(self.rate.imag):.2g} s" if self.rate.imag else ""
         growth = np.exp(min(self.rate.real * self.step, LARGEST))
-        size = abs(self.factor) if self.rate.imag else self.factor.real
-        believed = "decays" if abs(self.factor) < 1.0 else "changes its sign" if size < 0.0 else "grows like that"
+        size = float(f"{abs(self.factor) if self.rate.imag else self.factor.real:.2g}")
+        believed = "decays" if abs(size) < 1.0 else "changes its sign" if size < 0.0 else "grows like that"
+        believed = "stays as it is" if size == 1.0 else believed
         ways = "".join(f"{way!r} or " for way in cures(scheme, self.rate * self.step))
         return (
             f"{' and '.join(self.states)} {'has' if len(self.states) == 1 else 'have'} an unstable mode with a time "
             f"constant of {1.0 / self.rate.real:.2g} s{period}: over the interval of {self.step:.3g} s before stage "
-            f"{self.stage} it grows to {growth:.2g} times what it was. {scheme!r} predicts {size:.2g} times: plans "
+            f"{self.stage} it grows to {growth:.2g} times what it was. {scheme!r} predicts {size:g} times: plans "
             f"believe that it {believed}, and do not hold it. Take {ways}shorter intervals."
         )
 
@@ -81,7 +85,7 @@ def misjudged_mode(
     intervals: np.ndarray | None = None,
     horizon: float | None = None,
 ) -> MisjudgedMode | None:
-    """The unstable mode that a scheme misjudges most.
+    """The unstable mode that a scheme misjudges most, of those that an input could hold.
 
     Parameters
     ----------
@@ -100,13 +104,18 @@ def misjudged_mode(
     """
     rates: Any = np.nan_to_num(spectra(jacobians))
     products, length = rates * steps[:, None], steps.sum() if horizon is None else horizon
-    wrong = (rates.real * length > MATTERS) & is_misjudged(scheme, products)
+    wrong = _concerns(scheme, products, rates.real * length)
     worst = np.where(wrong, products.real, 0.0).max(axis=1)
     for k in np.argsort(-worst, kind="stable")[: np.count_nonzero(worst)].tolist():
         mode = _named(scheme, jacobians[k], length, float(steps[k]), states)
         if mode is not None:
             return replace(mode, stage=1 + (k if intervals is None else int(intervals[k])))
     return None
+
+
+def _concerns(scheme: Discretization, products: Any, growth: Any) -> np.ndarray:
+    """Whether modes are misjudged, and matter with their growth over the horizon, a logarithm."""
+    return (growth > MATTERS) & (products.real <= CONTROLLABLE) & is_misjudged(scheme, products)
 
 
 def is_misjudged(scheme: Discretization, products: Any) -> np.ndarray:
@@ -164,7 +173,7 @@ def _named(
     with np.errstate(over="ignore"):  # modes that are nearly one
         condition = np.linalg.norm(right, axis=0) * np.linalg.norm(left, axis=1)
     known = rates.real > NOISE * np.linalg.norm(J) * condition
-    found = np.flatnonzero(known & (rates.real * horizon > MATTERS) & is_misjudged(scheme, rates * step))
+    found = np.flatnonzero(known & _concerns(scheme, rates * step, rates.real * horizon))
     if not len(found):
         return None
     i = int(found[np.argmax(rates[found].real)])
