@@ -20,8 +20,8 @@ from rumo.studies.linearization.summary import outcome
 from rumo.studies.paper.study import NOISE
 from rumo.vehicles.parameters import GRAVITY
 
-TRACKS = Path(os.environ.get("RUMO_TRACKS", "/work/shared/data/tracks"))
-"""Centre lines of race tracks, as in the TUM's database: `# x_m,y_m,w_tr_right_m,w_tr_left_m`."""
+TRACKS = os.environ.get("RUMO_TRACKS")
+"""Folder of centre lines of race tracks, as in the TUM's database: `# x_m,y_m,w_tr_right_m,w_tr_left_m`."""
 
 
 @lru_cache
@@ -119,7 +119,7 @@ def test_the_gate_holds_back_nothing_at_the_limit(sweep, value, noise):
 
 def corner_of(name, rank):
     """Stations [m] and curvature [1/m] from 60 m before a track's sharpest corner, or another, to 100 m behind."""
-    points = np.loadtxt(TRACKS / f"{name}.csv", delimiter=",", comments="#")[:, :2]
+    points = np.loadtxt(Path(TRACKS) / f"{name}.csv", delimiter=",", comments="#")[:, :2]
     line, _ = splprep(np.vstack([points, points[:1]]).T, s=0.05 * len(points), per=True)
     at = np.linspace(0.0, 1.0, 20001)
     (dx, dy), (ddx, ddy) = splev(at, line, 1), splev(at, line, 2)
@@ -136,7 +136,7 @@ def corner_of(name, rank):
     return here - here[0], np.interp(here % lengths[-1], s, kappa)
 
 
-@pytest.mark.skipif(not TRACKS.is_dir(), reason="needs centre lines of race tracks")
+@pytest.mark.skipif(not TRACKS, reason="needs centre lines of race tracks in the folder RUMO_TRACKS")
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [0.9, 1.05])
 @pytest.mark.parametrize(("name", "rank"), [("BrandsHatch", 0), ("Norisring", 0), ("Norisring", 2), ("Zandvoort", 1)])
