@@ -125,3 +125,21 @@ def test_bad_limits(name):
     limits = {"lateral": 8.0, "braking": 5.0, "driving": 3.0, "top": 25.0} | {name: 0.0}
     with pytest.raises(rumo.ArgumentError, match=f"{name}: got 0.0, expected a positive finite number"):
         speeds_within((0.0, 1.0), (0.0, 0.1), **limits)
+
+
+@pytest.mark.parametrize(
+    ("stations", "curvature", "message"),
+    [
+        ((0.0, 1.0), (0.0, np.nan), r"curvature: got \(0\.0, nan\), expected finite numbers \[1/m\]"),
+        ((0.0, 1.0), (0.0, np.inf), r"curvature: got \(0\.0, inf\), expected finite numbers \[1/m\]"),
+        ((0.0, 1.0), (0.0, 0.0, 0.0), r"curvature: got shape \(3,\), expected shape \(2,\), one at each station"),
+        (((0.0, 1.0),), ((0.0, 0.0),), r"stations: got \(\(0\.0, 1\.0\),\), expected at least two arc lengths"),
+        ((1.0, 0.0), (0.0, 0.1), r"stations: got \(1\.0, 0\.0\), expected at least two arc lengths \[m\], increasing"),
+        ((0.0, np.nan), (0.0, 0.1), r"stations: got \(0\.0, nan\), expected at least two arc lengths"),
+        ((), (), r"stations: got \(\), expected at least two arc lengths"),
+        ("road", (0.0, 0.1), "stations: got 'road'"),
+    ],
+)
+def test_speeds_along_no_road(stations, curvature, message):
+    with pytest.raises(rumo.ArgumentError, match=message):
+        speeds_within(stations, curvature, lateral=8.0, braking=5.0, driving=3.0, top=25.0)

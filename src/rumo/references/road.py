@@ -48,15 +48,10 @@ class Road(OfTime):
     _pieces: _Pieces = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        s = as_numbers(self.stations, "stations")
-        if s.ndim != 1 or len(s) < 2 or not np.isfinite(s).all() or not (np.diff(s) > 0.0).all():
-            raise ArgumentError("stations", repr(self.stations), "at least two arc lengths [m], increasing")
-        curvature, speed = (as_numbers(getattr(self, name), name) for name in ("curvature", "speed"))
-        for name, values in {"curvature": curvature, "speed": speed}.items():
-            if values.shape != s.shape and (name != "speed" or values.ndim):
-                raise ShapeError(name, f"shape {values.shape}", f"shape {s.shape}, one at each station")
-        if not np.isfinite(curvature).all():
-            raise ArgumentError("curvature", repr(self.curvature), "finite numbers [1/m]")
+        s, curvature = _checked(self.stations, self.curvature)
+        speed = as_numbers(self.speed, "speed")
+        if speed.ndim:
+            _check_shape(speed, s, "speed")
         if not ((speed > 0.0) & (speed < np.inf)).all():
             raise ArgumentError("speed", repr(self.speed), "positive finite numbers [m/s]")
         check_vehicle(self.vehicle)
@@ -122,6 +117,23 @@ class _Pieces:
         return np.stack([SHARES @ np.cos(psi), SHARES @ np.sin(psi)]) * (0.5 * distance)
 
 
+def _checked(stations: ArrayLike, curvature: ArrayLike) -> tuple[Array, Array]:
+    """Arc lengths and the curvature there, (n,) both."""
+    s = as_numbers(stations, "stations")
+    if s.ndim != 1 or len(s) < 2 or not np.isfinite(s).all() or not (np.diff(s) > 0.0).all():
+        raise ArgumentError("stations", repr(stations), "at least two arc lengths [m], increasing")
+    kappa = as_numbers(curvature, "curvature")
+    _check_shape(kappa, s, "curvature")
+    if not np.isfinite(kappa).all():
+        raise ArgumentError("curvature", repr(curvature), "finite numbers [1/m]")
+    return s, kappa
+
+
+def _check_shape(values: Array, stations: Array, name: str) -> None:
+    if values.shape != stations.shape:
+        raise ShapeError(name, f"shape {values.shape}", f"shape {stations.shape}, one at each station")
+
+
 def speeds_within(
     stations: ArrayLike, curvature: ArrayLike, *, lateral: float, braking: float, driving: float, top: float
 ) -> Array:
@@ -140,8 +152,13 @@ def speeds_within(
     -------
     ndarray, shape (n,)
         [m/s]
+
+    Raises
+    ------
+    ArgumentError
+        If stations do not increase, there is not one finite curvature at each, or a limit is not positive.
     """
-    s, kappa = (as_numbers(values, name) for values, name in ((stations, "stations"), (curvature, "curvature")))
+    s, kappa = _checked(stations, curvature)
     for name, value in {"lateral": lateral, "braking": braking, "driving": driving, "top": top}.items():
         positive_number(value, name)
     with np.errstate(divide="ignore"):
