@@ -10,21 +10,15 @@ that are shifted by at most 1e-7 of their scale.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from soak.driven import Drive
-from soak.stacked import cholesky, inverse, least_squares, solve, times, turned
-from soak.verdict import OPTIMAL, SOFT, Verdict
+from soak.stacked import cholesky, inverse, least_squares, solve, times
+from soak.told import SHIFT, Told
+from soak.verdict import OPTIMAL, SOFT
 
 ERROR = 1e-6
 """Of free inputs, over their ranges, or over the longest step of one where that is longer."""
-WILD = 1e5
-"""States so many times as large as usual are not judged: of sines of such numbers few digits are left."""
-SHIFT = 1e-7
-"""Of limits, over their scales, or over what the inputs' ranges do to them where that is less."""
 DYNAMICS = 1e-8
 """Over the terms of the same state and stage; or a tenth of that over its largest value."""
 ROUNDING = 1e-12
@@ -33,63 +27,10 @@ SLACK = 1e-6
 """A constraint counts as violated above this share of its scale: as documented."""
 OF_STATES, OF_INPUTS = ("y_xz", "G_xz"), ("y_u", "G_u")
 NO_INFLUENCE = 1e-10
-HELD = 1.0
-"""See `rumo_symptom` in rumo_core.h."""
 
 
-class Solutions:
-    """Those steps of a drive that are said to be solved."""
-
-    def __init__(self, judge: Any, drive: Drive, steps: np.ndarray, verdict: Verdict) -> None:
-        self.judge_, self.problem, self.drive, self.verdict = judge, drive.problem, drive, verdict
-        self.steps = self._told(steps)
-
-    def _told(self, steps: np.ndarray) -> np.ndarray:
-        """Find where plans come from: the last solution or, if that was dropped, the one before."""
-        of_solution, of_plan = self.judge_.layouts
-        linearised = self.drive.solutions[steps].reshape(2 * len(steps), -1)
-        states = (
-            of_plan.of(self.drive.plans[steps], "x"),
-            of_solution.of(linearised, "x").reshape(len(steps), -1, len(self.drive.sizes)),
-        )
-        wild = ~(np.abs(np.concatenate(states, axis=1) / self.drive.sizes).max(axis=(1, 2)) < WILD)
-        self.verdict.undecided += int(wild.sum())
-        steps = steps[~wild]
-        plans, solutions = self.drive.plans[steps], self.drive.solutions[steps]
-        u, room = of_plan.of(plans, "u"), SHIFT * self.problem.input_scales
-        last = (self.drive.solved[steps] - 1) % 2
-        x, rows = of_plan.of(plans, "x"), np.arange(len(steps))
-        origin, self.came_to = np.full(len(steps), -1), u.copy()
-        for candidate in (1 - last, last):
-            chosen = solutions[rows, candidate]
-            came_to, came_by = (of_solution.of(chosen, name) + of_solution.of(chosen, f"d{name}") for name in "ux")
-            same = (came_by[:, 1:] == x[:, 1:]).all(axis=(1, 2)) & (of_solution.of(chosen, "measured") == x[:, 0]).all(
-                axis=1
-            )
-            lost = 1e-15 * (np.abs(u) + np.abs(of_solution.of(chosen, "u")))
-            same &= (np.abs(self._put_within(came_to) - u) <= room + lost).all(axis=(1, 2))
-            origin[same], self.came_to[same] = candidate[same], came_to[same]
-        self.verdict.blame(steps[origin < 0], "a plan comes from no solution")
-        self.verdict.blame(steps[self.drive.solved[steps] == 0], "a plan was never solved")
-        known = (origin >= 0) & (self.drive.solved[steps] > 0)
-        steps, origin = steps[known], origin[known]
-        self.guess, self.came_to = self.drive.solutions[steps, origin], self.came_to[known]
-        last = self.drive.decided[steps, -1]
-        numbers, d = self.problem.numbers, self.problem.delay
-        inside = (last >= numbers.input_lower[d:].max(axis=0)) & (last <= numbers.input_upper[d:].min(axis=0))
-        lost = 1e-15 * (np.abs(u[known]) + np.abs(of_solution.of(self.guess, "u")))
-        cut = (np.abs(self.came_to - u[known]) > room + lost).any(axis=(1, 2))
-        self.verdict.blame(steps[cut & inside.all(axis=1)], "a solution was out of bounds")
-        return steps
-
-    def _put_within(self, u: np.ndarray) -> np.ndarray:
-        """Where the input before is out of bounds, so may one be on the way back: it is put within them."""
-        d, numbers = self.problem.delay, self.problem.numbers
-        return np.concatenate([u[:, :d], np.clip(u[:, d:], numbers.input_lower[d:], numbers.input_upper[d:])], axis=1)
-
-    def blame(self, which, why) -> None:
-        """As `Verdict.blame`, by a mask of those solved."""
-        self.verdict.blame(self.steps[which], why)
+class Solutions(Told):
+    """Those steps of a drive that are said to be solved, put together again and judged."""
 
     def judge(self) -> None:
         """Feasible, stationary, and as it says."""
@@ -104,36 +45,6 @@ class Solutions:
         self._judge_constraints()
         for chosen in np.array_split(np.arange(len(self.steps)), max(1, len(self.steps) // 500)):
             self._judge_optimality(chosen)
-
-    def _read(self) -> None:
-        of_solution, of_plan = self.judge_.layouts
-        plans = self.drive.plans[self.steps]
-        self.u = self.came_to
-        self.x, self.z, self.G_told, self.diagnostics = (
-            of_plan.of(plans, name) for name in ("x", "z", "constraints", "diagnostics")
-        )
-        self.u_g, self.x_g, inner, self.measured, self.decided, self.reference = (
-            of_solution.of(self.guess, name) for name in ("u", "x", "inner", "measured", "decided", "reference")
-        )
-        self.w_g = np.concatenate([self.x_g[:, 1:], inner.transpose(0, 2, 1)], axis=2)
-        self.size = len(self.problem.model.variables)
-        self.du, self.dx = self.u - self.u_g, self.x - self.x_g
-        steps = np.abs(self.du / self.problem.input_scales).max(axis=(1, 2))
-        self.longest = np.maximum(1.0, steps)[:, None, None]
-        ends = np.concatenate([self.x[:, 1:], self.z], axis=2)
-        self.dxz = ends - self.w_g[:, :, : self.size]
-
-    def _judge_what_was_told(self) -> None:
-        """The first state is what was measured, but for full turns and what is held back; so is what is wanted."""
-        drive, steps, sensors = self.drive, self.steps, self.problem.sensors
-        apart = self.measured - drive.measured[steps]
-        held = drive.health[steps, :, 2] == HELD
-        self.blame((~held & ~turned(apart, sensors.turn, 1e-6)).any(axis=1), "a measurement became another")
-        given = drive.wanted[steps]
-        turn = np.where(sensors.output_states >= 0, sensors.turn[sensors.output_states], 0.0)
-        apart = self.reference - given
-        self.blame((np.isfinite(given) & ~turned(apart, turn, 1e-6)).any(axis=(1, 2)), "a reference became another")
-        self.blame((self.decided != drive.decided[steps]).any(axis=(1, 2)), "inputs decided before are others")
 
     def _linearise(self) -> None:
         """All terms about the guess, and intervals solved for their unknowns."""
