@@ -392,6 +392,7 @@ def test_the_solver_stays_what_was_made():
         assert controller.step(x, reference).status.solved
 
 
+@pytest.mark.filterwarnings("ignore::rumo.UnstableModeWarning")  # rightly
 def test_wide_model_without_a_pivot_on_the_diagonal(monkeypatch):
     """Implicit Euler over 1 s: 1 - h df/dx is 0 on the diagonal, though not by structure."""
     names = [f"x_{i}" for i in range(30)]

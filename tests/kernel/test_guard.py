@@ -128,7 +128,7 @@ def test_without_a_solution_the_plan_is_followed_to_its_end_then_the_safe_input(
     np.testing.assert_array_equal(keeper.applied, [[0.2]])
 
 
-@pytest.mark.parametrize("cause", [Status.SOLVER_FAILED, Status.BUDGET_EXCEEDED])
+@pytest.mark.parametrize("cause", [Status.SOLVER_FAILED, Status.ILL_CONDITIONED])
 def test_a_guess_that_led_nowhere_is_dropped_unless_one_at_rest_fails_too(cause):
     keeper = with_plan()
     keeper.follow(None, cause)
@@ -138,6 +138,14 @@ def test_a_guess_that_led_nowhere_is_dropped_unless_one_at_rest_fails_too(cause)
     keeper.follow(None, cause)
     assert keeper.has_guess, "the shifted plan was not to blame"
     keeper.drop()
+    assert not keeper.has_guess
+
+
+def test_a_guess_that_had_no_time_is_kept():
+    keeper = with_plan()
+    keeper.follow(None, Status.BUDGET_EXCEEDED)
+    assert keeper.has_guess
+    keeper.follow(None, Status.SOLVER_FAILED)
     assert not keeper.has_guess
 
 

@@ -41,9 +41,9 @@ static rumo_status follow(rumo_guard *g, int solved, rumo_status cause) {
     g->monitor.due = 1;
     for (int r = 0; g->has_next && r < nx; ++r) g->moved[r] = fabs(g->next_x[r] - x[r]);
     /* A guess from which the solver came to nothing is not kept: the next measurement gives a new one, at rest. If that
-     * fails too, or if there was no time, the shifted plan is the better guess, until there is a solution. */
-    const int fruitless = !solved && cause >= RUMO_BUDGET_EXCEEDED && cause <= RUMO_SOLVER_FAILED;
-    g->blameless = !solved && (g->blameless || cause == RUMO_BUDGET_EXCEEDED || (fruitless && g->resting));
+     * fails too, the shifted plan is the better guess, until there is a solution. One that had no time is not to blame. */
+    const int fruitless = !solved && cause > RUMO_BUDGET_EXCEEDED && cause <= RUMO_SOLVER_FAILED;
+    g->blameless = !solved && (g->blameless || (fruitless && g->resting));
     g->has_guess = g->has_next && (!fruitless || g->blameless);
     g->resting = 0;
     g->settled = g->settles;

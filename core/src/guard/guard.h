@@ -41,7 +41,7 @@ struct rumo_guard {
     int followed;                         /* status of the last sample, -1 if there is none */
 
     int has_guess, resting;               /* whether the solver has a guess, and whether that is a state at rest */
-    int blameless;                        /* a guess at rest has failed too, or there was no time: not the shifted plan's fault */
+    int blameless;                        /* a guess at rest has failed too: the shifted plan is not to blame */
     int settled, settles;                 /* whether the last guess satisfied the dynamics, and the one prepared does */
 
     double *taken;                        /* (nx,): the measurement as it is used */
