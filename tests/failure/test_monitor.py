@@ -197,6 +197,59 @@ def test_the_core_and_the_reference_tell_the_same():
     np.testing.assert_allclose(reference, riccati, rtol=1e-3)
 
 
+def double_integrator():
+    """A mass that is pushed: 20 samples a second."""
+    model = rumo.Model(
+        states={"position": "m", "speed": "m/s"},
+        inputs={"force": "N"},
+        parameters={"mass": rumo.Parameter("kg", 1.0)},
+        dynamics=lambda x, u, p: {"position": x.speed, "speed": u.force / p.mass},
+    )
+    return rumo.Problem(
+        model,
+        horizon=20,
+        sampling_time=0.05,
+        track={"position": rumo.Weight(1.0, range=1.0)},
+        moves={"force": rumo.Weight(0.1, range=2.0)},
+        bounds={"force": (-1.0, 1.0)},
+    )
+
+
+def push(controller, drift, again=lambda controller: None, samples=220, noise=0.01, jump=0.0):
+    """Symptoms (sample, state, kind, size) of a drive whose position drifts from a sample on [m per sample].
+
+    A preparation is followed by what is done `again`; the mass jumps at the tenth sample [m].
+    """
+    rng, x, told = np.random.default_rng(0), np.zeros(2), []
+    begin, rate = drift
+    for k in range(samples):
+        x[0] += jump if k == 10 else 0.0
+        measured = x + noise * rng.standard_normal(2) + [rate * max(0, k - begin), 0.0]
+        controller.prepare()
+        again(controller)
+        plan = controller.feedback(measured, {"position": 0.5 * np.sin(0.05 * k)})
+        told += [(k, symptom.state, symptom.kind, symptom.size) for symptom in plan.health]
+        force = plan.command["force"]
+        x = x + 0.05 * np.array([x[1] + 0.025 * force, force])
+    return told
+
+
+@pytest.mark.parametrize("backend", ["portable", "reference"])
+@pytest.mark.parametrize(
+    "again",
+    [lambda controller: controller.prepare(), lambda controller: controller.update(parameters={"mass": 1.0})],
+    ids=["prepare", "update"],
+)
+def test_a_sample_that_is_prepared_again_is_compared_all_the_same(backend, again):
+    once, twice = (
+        push(rumo.RealTimeIteration(double_integrator(), backend=backend, gate=InnovationGate()), (200, 0.01), do)
+        for do in (lambda controller: None, again)
+    )
+    assert once[0][:3] == (207, "position", "leaving")
+    assert [symptom[:3] for symptom in twice] == [symptom[:3] for symptom in once]
+    np.testing.assert_allclose([symptom[3] for symptom in twice], [symptom[3] for symptom in once], rtol=1e-6)
+
+
 def test_without_a_gate_there_is_no_monitor():
     samples, _ = told(drive(RAW, faults=(Drift(BAD, "p_y", 0.02),), gate=None))
     assert not samples.size

@@ -87,13 +87,14 @@ static void find_leaving(rumo_guard *g, const double *x) {
     m->fresh = 1;
 }
 
-/* Whether it is time to say what the next readings depend on: once a sample, for those who have a plan. */
+/* Whether it is time to say what the next readings depend on: once a sample, for those who have a plan. What was said holds
+ * if the same sample is prepared again. */
 static int begin_expecting(rumo_guard *g) {
     monitor *m = &g->monitor;
     const rumo_shift *shift = &g->data.shift;
-    const int due = m->due;
+    if (!m->due) return 0;
     m->due = m->expects = 0;
-    if (!due || isinf(g->gate_width) || !g->has_next) return 0;
+    if (isinf(g->gate_width) || !g->has_next) return 0;
     /* The next sample lies within the first interval, or at its end. */
     m->share = shift->stages[0] == 0 ? shift->shares[0] : 1.0;
     if (shift->stages[0] > 1 || (shift->stages[0] == 1 && shift->shares[0] != 0.0)) return 0;
