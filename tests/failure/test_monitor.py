@@ -11,7 +11,7 @@ from rumo import InnovationGate
 from rumo.controllers.engines.described import lead
 from rumo.discretization import ExplicitEuler, Gauss2, ImplicitEuler, Radau2, Trapezoidal
 from rumo.references import SinePath
-from rumo.simulation import Plant, Scenario, Sensors
+from rumo.simulation import Plant, Scenario, Sensors, load, save
 from rumo.simulation.faults import Drift, Frozen, Offset, Weakened
 from rumo.studies import PaperStudy
 from rumo.studies.faults import BASE
@@ -183,6 +183,16 @@ def test_a_symptom_says_what_is_wrong():
     stuck = next(symptom for symptom in plans[Frozen].health if symptom.state == "v_x")
     assert (stuck.kind, stuck.size, stuck.duration) == ("stuck", 25.0, 1.0)
     assert str(stuck) == "measured v_x stays as it is, for 1 s"
+
+
+def test_a_log_says_what_is_wrong_too(tmp_path):
+    log = drive(RAW, faults=(Drift(BAD, "p_y", 0.02), Frozen(BAD, ("v_x",)), Offset(range(60, 62), "psi", 2.0)))
+    log = load(save(log, tmp_path / "drive.nc"))
+    kinds = log["symptom"]
+    assert np.array_equal(kinds.values != "", log["health"].values > 0.0)
+    assert kinds.sel(state="psi").values[59:63].tolist() == ["", "held", "held", ""]
+    assert set(kinds.sel(state="p_y").values) == {"", "leaving"}
+    assert kinds.sel(state="v_x").values[-1] == "stuck"
 
 
 def test_the_core_and_the_reference_tell_the_same():
