@@ -68,7 +68,7 @@ class Drive:
         What came of it, and where it was linearised.
     status, cause, solved : ndarray of int, shape (n,)
         And how often the solver was called.
-    health : ndarray, shape (n, nx, 2)
+    health : ndarray, shape (n, nx, 3)
     trusted_step : ndarray, shape (n,)
     sizes : ndarray, shape (nx,)
         Of states, as usual.
@@ -153,7 +153,7 @@ def drive(rng, drawn: Drawn, watch, controller, steps: int, hurried: bool = Fals
         np.empty((steps, of_plan.size)),
         np.zeros((steps, 2, of_solution.size)),
         *(np.zeros(steps, dtype=int) for _ in range(3)),
-        np.zeros((steps, nx, 2)),
+        np.zeros((steps, nx, 3)),
         np.full(steps, controller.settings.trusted_step),
         sizes,
     )

@@ -125,7 +125,7 @@ class Solutions:
         """The first state is what was measured, but for full turns and what is held back; so is what is wanted."""
         drive, steps, sensors = self.drive, self.steps, self.problem.sensors
         apart = self.measured - drive.measured[steps]
-        held = drive.health[steps, :, 1] > 0.0
+        held = drive.health[steps, :, 2] == 1.0  # see rumo_symptom
         self.blame((~held & ~turned(apart, sensors.turn, 1e-6)).any(axis=1), "a measurement became another")
         given = drive.wanted[steps]
         turn = np.where(sensors.output_states >= 0, sensors.turn[sensors.output_states], 0.0)
