@@ -1,6 +1,6 @@
 """The monitor: tells of readings that drift or stay, and is silent in healthy drives."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from rumo.controllers.engines.described import lead
 from rumo.discretization import ExplicitEuler, Gauss2, ImplicitEuler, Radau2, Trapezoidal
 from rumo.references import SinePath
 from rumo.simulation import Plant, Scenario, Sensors, load, save
-from rumo.simulation.faults import Drift, Frozen, Offset, Weakened
+from rumo.simulation.faults import Drift, Fault, Frozen, Offset, Weakened
 from rumo.studies import PaperStudy
 from rumo.studies.faults import BASE
 from rumo.textbook import cart_pendulum, van_de_vusse_reactor
@@ -36,8 +36,18 @@ def told(log):
     return np.flatnonzero(symptoms.any(axis=1)), {str(name) for name in log["state"].to_numpy()[symptoms.any(axis=0)]}
 
 
-def cart(faults=(), seed=0, noise=True, known=None):
-    """Keep a pendulum upright on a cart that goes to and fro."""
+@dataclass(frozen=True)
+class Rounded(Fault):
+    """Sensors show multiples of a number."""
+
+    step: float
+
+    def sense(self, received, past, bad, signals):
+        return self.step * np.round(received / self.step)
+
+
+def cart(faults=(), seed=0, noise=1.0, known=None, rest=0.0):
+    """Keep a pendulum upright on a cart that goes to and fro, after so many seconds of rest."""
     problem = rumo.Problem(
         cart_pendulum(),
         horizon=30,
@@ -47,15 +57,18 @@ def cart(faults=(), seed=0, noise=True, known=None):
         bounds={"force": (-10.0, 10.0)},
         measurements=known,
     )
-    deviations = {"position": 0.005, "angle": 0.005, "speed": 0.02, "rate": 0.02} if noise else {}
+    deviations = {"position": 0.005 * noise, "angle": 0.005 * noise, "speed": 0.02 * noise, "rate": 0.02 * noise}
     start = dict.fromkeys(problem.model.states, 0.0)
     plant = Plant(problem.model, 0.05)
     sensors = Sensors(deviations)
-    return Scenario(problem, plant, start, to_and_fro, 8.0, sensors=sensors, seed=seed, faults=faults).run()
+
+    def wanted(t):
+        return to_and_fro(np.maximum(np.asarray(t) - rest, 0.0))
+
+    return Scenario(problem, plant, start, wanted, 8.0 + rest, sensors=sensors, seed=seed, faults=faults).run()
 
 
 def to_and_fro(t):
-    t = np.asarray(t)
     return {"position": 0.5 * np.sin(np.pi * t / 2.0), "angle": np.zeros_like(t)}
 
 
@@ -148,6 +161,24 @@ def test_nothing_is_told_of_a_healthy_drive(speed, error, study):
 def test_nothing_is_told_of_other_healthy_plants(name, noise, seed):
     samples, _ = told(PLANTS[name](seed=seed, noise=noise))
     assert not samples.size
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.1, 1.0])
+@pytest.mark.parametrize("resolution", [0.0, 1e-6, 1e-3])
+def test_nothing_is_told_of_a_cart_that_rests_and_then_moves(noise, resolution):
+    encoders = (Rounded(range(1000), resolution),) if resolution else ()
+    samples, _ = told(cart(encoders, noise=noise, rest=7.5))
+    assert not samples.size
+
+
+@pytest.mark.parametrize("noise", [0.01, 1.0])
+@pytest.mark.parametrize(
+    "fault", [Drift(range(270, 295), "position", 0.005), Frozen(range(270, 295), ("position",))], ids=["drift", "stuck"]
+)
+def test_what_is_wrong_after_rest_is_told_of_too(noise, fault):
+    samples, states = told(cart((fault,), noise=noise, rest=7.5))
+    assert 270 <= samples[0] < 295
+    assert "position" in states
 
 
 @pytest.mark.parametrize(
@@ -258,6 +289,25 @@ def test_a_sample_that_is_prepared_again_is_compared_all_the_same(backend, again
     assert once[0][:3] == (207, "position", "leaving")
     assert [symptom[:3] for symptom in twice] == [symptom[:3] for symptom in once]
     np.testing.assert_allclose([symptom[3] for symptom in twice], [symptom[3] for symptom in once], rtol=1e-6)
+
+
+@pytest.mark.parametrize("jump", [0.0, 0.5, 5.0])
+def test_a_jump_while_learning_does_not_blind(jump):
+    """To a hundred deviations of the noise and more."""
+    controller = rumo.RealTimeIteration(double_integrator(), backend="portable", gate=InnovationGate())
+    told = push(controller, (200, 0.004), jump=jump, samples=225, noise=0.002)
+    first = next(k for k, state, *_ in told if k >= 200)
+    assert first <= 212
+    assert {state for k, state, *_ in told if k >= 200} == {"position"}
+
+
+@pytest.mark.parametrize("off", [0.5, 3.0])
+def test_readings_that_jump_while_learning_do_not_blind(off):
+    study = replace(BASE, duration=13.0, seed=5)
+    faults = Offset(range(20, 25), "p_y", off), Drift(range(300, 325), "p_y", 0.02)
+    samples, states = told(drive(study, faults=faults))
+    assert 300 <= samples[samples > 25][0] < 325
+    assert states == {"p_y"}
 
 
 def test_without_a_gate_there_is_no_monitor():
