@@ -1,6 +1,6 @@
 """The monitor: tells of readings that drift or stay, and is silent in healthy drives."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -11,8 +11,8 @@ from rumo import InnovationGate
 from rumo.controllers.engines.described import lead
 from rumo.discretization import ExplicitEuler, Gauss2, ImplicitEuler, Radau2, Trapezoidal
 from rumo.references import SinePath
-from rumo.simulation import Plant, Scenario, Sensors
-from rumo.simulation.faults import Drift, Frozen, Offset, Weakened
+from rumo.simulation import Plant, Scenario, Sensors, load, save
+from rumo.simulation.faults import Drift, Fault, Frozen, Offset, Weakened
 from rumo.studies import PaperStudy
 from rumo.studies.faults import BASE
 from rumo.textbook import cart_pendulum, van_de_vusse_reactor
@@ -36,8 +36,18 @@ def told(log):
     return np.flatnonzero(symptoms.any(axis=1)), {str(name) for name in log["state"].to_numpy()[symptoms.any(axis=0)]}
 
 
-def cart(faults=(), seed=0, noise=True, known=None):
-    """Keep a pendulum upright on a cart that goes to and fro."""
+@dataclass(frozen=True)
+class Rounded(Fault):
+    """Sensors show multiples of a number."""
+
+    step: float
+
+    def sense(self, received, past, bad, signals):
+        return self.step * np.round(received / self.step)
+
+
+def cart(faults=(), seed=0, noise=1.0, known=None, rest=0.0):
+    """Keep a pendulum upright on a cart that goes to and fro, after so many seconds of rest."""
     problem = rumo.Problem(
         cart_pendulum(),
         horizon=30,
@@ -47,15 +57,18 @@ def cart(faults=(), seed=0, noise=True, known=None):
         bounds={"force": (-10.0, 10.0)},
         measurements=known,
     )
-    deviations = {"position": 0.005, "angle": 0.005, "speed": 0.02, "rate": 0.02} if noise else {}
+    deviations = {"position": 0.005 * noise, "angle": 0.005 * noise, "speed": 0.02 * noise, "rate": 0.02 * noise}
     start = dict.fromkeys(problem.model.states, 0.0)
     plant = Plant(problem.model, 0.05)
     sensors = Sensors(deviations)
-    return Scenario(problem, plant, start, to_and_fro, 8.0, sensors=sensors, seed=seed, faults=faults).run()
+
+    def wanted(t):
+        return to_and_fro(np.maximum(np.asarray(t) - rest, 0.0))
+
+    return Scenario(problem, plant, start, wanted, 8.0 + rest, sensors=sensors, seed=seed, faults=faults).run()
 
 
 def to_and_fro(t):
-    t = np.asarray(t)
     return {"position": 0.5 * np.sin(np.pi * t / 2.0), "angle": np.zeros_like(t)}
 
 
@@ -150,6 +163,24 @@ def test_nothing_is_told_of_other_healthy_plants(name, noise, seed):
     assert not samples.size
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.1, 1.0])
+@pytest.mark.parametrize("resolution", [0.0, 1e-6, 1e-3])
+def test_nothing_is_told_of_a_cart_that_rests_and_then_moves(noise, resolution):
+    encoders = (Rounded(range(1000), resolution),) if resolution else ()
+    samples, _ = told(cart(encoders, noise=noise, rest=7.5))
+    assert not samples.size
+
+
+@pytest.mark.parametrize("noise", [0.01, 1.0])
+@pytest.mark.parametrize(
+    "fault", [Drift(range(270, 295), "position", 0.005), Frozen(range(270, 295), ("position",))], ids=["drift", "stuck"]
+)
+def test_what_is_wrong_after_rest_is_told_of_too(noise, fault):
+    samples, states = told(cart((fault,), noise=noise, rest=7.5))
+    assert 270 <= samples[0] < 295
+    assert "position" in states
+
+
 @pytest.mark.parametrize(
     ("name", "fault", "state"),
     [
@@ -185,6 +216,16 @@ def test_a_symptom_says_what_is_wrong():
     assert str(stuck) == "measured v_x stays as it is, for 1 s"
 
 
+def test_a_log_says_what_is_wrong_too(tmp_path):
+    log = drive(RAW, faults=(Drift(BAD, "p_y", 0.02), Frozen(BAD, ("v_x",)), Offset(range(60, 62), "psi", 2.0)))
+    log = load(save(log, tmp_path / "drive.nc"))
+    kinds = log["symptom"]
+    assert np.array_equal(kinds.values != "", log["health"].values > 0.0)
+    assert kinds.sel(state="psi").values[59:63].tolist() == ["", "held", "held", ""]
+    assert set(kinds.sel(state="p_y").values) == {"", "leaving"}
+    assert kinds.sel(state="v_x").values[-1] == "stuck"
+
+
 def test_the_core_and_the_reference_tell_the_same():
     problem = RAW.problem()
     scenario = replace(RAW.scenario("rti", problem, RAW.plant()), faults=(Drift(BAD, "p_y", 0.02),))
@@ -195,6 +236,78 @@ def test_the_core_and_the_reference_tell_the_same():
     assert riccati.max() > 2.5
     np.testing.assert_allclose(condensing, riccati, rtol=1e-6)
     np.testing.assert_allclose(reference, riccati, rtol=1e-3)
+
+
+def double_integrator():
+    """A mass that is pushed: 20 samples a second."""
+    model = rumo.Model(
+        states={"position": "m", "speed": "m/s"},
+        inputs={"force": "N"},
+        parameters={"mass": rumo.Parameter("kg", 1.0)},
+        dynamics=lambda x, u, p: {"position": x.speed, "speed": u.force / p.mass},
+    )
+    return rumo.Problem(
+        model,
+        horizon=20,
+        sampling_time=0.05,
+        track={"position": rumo.Weight(1.0, range=1.0)},
+        moves={"force": rumo.Weight(0.1, range=2.0)},
+        bounds={"force": (-1.0, 1.0)},
+    )
+
+
+def push(controller, drift, again=lambda controller: None, samples=220, noise=0.01, jump=0.0):
+    """Symptoms (sample, state, kind, size) of a drive whose position drifts from a sample on [m per sample].
+
+    A preparation is followed by what is done `again`; the mass jumps at the tenth sample [m].
+    """
+    rng, x, told = np.random.default_rng(0), np.zeros(2), []
+    begin, rate = drift
+    for k in range(samples):
+        x[0] += jump if k == 10 else 0.0
+        measured = x + noise * rng.standard_normal(2) + [rate * max(0, k - begin), 0.0]
+        controller.prepare()
+        again(controller)
+        plan = controller.feedback(measured, {"position": 0.5 * np.sin(0.05 * k)})
+        told += [(k, symptom.state, symptom.kind, symptom.size) for symptom in plan.health]
+        force = plan.command["force"]
+        x = x + 0.05 * np.array([x[1] + 0.025 * force, force])
+    return told
+
+
+@pytest.mark.parametrize("backend", ["portable", "reference"])
+@pytest.mark.parametrize(
+    "again",
+    [lambda controller: controller.prepare(), lambda controller: controller.update(parameters={"mass": 1.0})],
+    ids=["prepare", "update"],
+)
+def test_a_sample_that_is_prepared_again_is_compared_all_the_same(backend, again):
+    once, twice = (
+        push(rumo.RealTimeIteration(double_integrator(), backend=backend, gate=InnovationGate()), (200, 0.01), do)
+        for do in (lambda controller: None, again)
+    )
+    assert once[0][:3] == (207, "position", "leaving")
+    assert [symptom[:3] for symptom in twice] == [symptom[:3] for symptom in once]
+    np.testing.assert_allclose([symptom[3] for symptom in twice], [symptom[3] for symptom in once], rtol=1e-6)
+
+
+@pytest.mark.parametrize("jump", [0.0, 0.5, 5.0])
+def test_a_jump_while_learning_does_not_blind(jump):
+    """To a hundred deviations of the noise and more."""
+    controller = rumo.RealTimeIteration(double_integrator(), backend="portable", gate=InnovationGate())
+    told = push(controller, (200, 0.004), jump=jump, samples=225, noise=0.002)
+    first = next(k for k, state, *_ in told if k >= 200)
+    assert first <= 212
+    assert {state for k, state, *_ in told if k >= 200} == {"position"}
+
+
+@pytest.mark.parametrize("off", [0.5, 3.0])
+def test_readings_that_jump_while_learning_do_not_blind(off):
+    study = replace(BASE, duration=13.0, seed=5)
+    faults = Offset(range(20, 25), "p_y", off), Drift(range(300, 325), "p_y", 0.02)
+    samples, states = told(drive(study, faults=faults))
+    assert 300 <= samples[samples > 25][0] < 325
+    assert states == {"p_y"}
 
 
 def test_without_a_gate_there_is_no_monitor():

@@ -32,6 +32,7 @@ DIMENSIONS = {
     "cause": ("time",),
     "rescued": ("time",),
     "health": ("time", "state"),
+    "symptom": ("time", "state"),
     "received": ("time", "state"),
     "measured_outputs": ("time", "measured_output"),
     "received_outputs": ("time", "measured_output"),
@@ -101,6 +102,8 @@ def test_every_variable_with_signals_has_units(make):
         variable = log[name]
         if name == "health":
             assert variable.attrs["units"] == "1"
+        elif name == "symptom":
+            assert "units" not in variable.attrs
         elif dims[-1] in SIGNALS:
             units = {item.split(": ")[0]: item.split(": ")[1] for item in variable.attrs["units"].split(", ") if item}
             assert list(units) == names(log, dims[-1])

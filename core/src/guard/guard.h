@@ -15,14 +15,16 @@ typedef struct monitor {
     double *kept, *ahead;     /* (nx,): the share of it that is there again, and what the scheme predicts too far */
     double *square;           /* (nx,): mean square of it, */
     double *unit;             /* and the deviation that is usual */
-    double *way;              /* (nx,): that the prediction goes in the samples compared */
+    double *way, *went;       /* (nx,): that the prediction goes in the samples compared, and went while learning */
     int *beyond;              /* (nx,): samples in a row beyond one deviation */
-    int compared, learned;    /* samples since there are predictions, up to MONITOR_SAMPLES, and in all, up to MONITOR_MEMORY */
+    int *learned;             /* (nx,): samples from which it is known what is usual, up to MONITOR_MEMORY */
+    int compared;             /* samples since there are predictions, up to MONITOR_SAMPLES */
     double share;             /* of the first interval until the next sample */
     int due, expects, fresh;  /* whether there is a new plan, what comes of it is known, and a sample was compared with it */
     double *reading, *usual;  /* (nx,): the last reading that was new, and by how much they change from sample to sample */
     double *way_since;        /* (nx,): that the prediction has gone since */
-    int *changes, *repeats;   /* (nx,): readings that differ, less a price for repeats; and those in a row that do not */
+    int *changes, *repeats;   /* (nx,): readings that differ, less a price for repeats; and those in a row that do not, */
+    int *repeated;            /* or in all, up to MONITOR_LEARNED */
     int has_reading;
 } monitor;
 
@@ -75,9 +77,10 @@ static void lay_out_guard(arena *a, rumo_guard *g, const rumo_guard_data *data) 
     for (size_t i = 0; i < sizeof of_states / sizeof *of_states; ++i) *of_states[i] = alloc_doubles(a, s.nx);
     monitor *m = &g->monitor;
     double **const watched[] = {&m->apart, &m->smooth, &m->kept,    &m->ahead, &m->square,
-                                &m->unit,  &m->way,    &m->reading, &m->usual, &m->way_since};
+                                &m->unit,  &m->way,    &m->went,    &m->reading, &m->usual,
+                                &m->way_since};
     for (size_t i = 0; i < sizeof watched / sizeof *watched; ++i) *watched[i] = alloc_doubles(a, s.nx);
-    int **const counted[] = {&m->beyond, &m->changes, &m->repeats};
+    int **const counted[] = {&m->beyond, &m->learned, &m->changes, &m->repeats, &m->repeated};
     for (size_t i = 0; i < sizeof counted / sizeof *counted; ++i) *counted[i] = alloc_ints(a, s.nx);
     g->held = alloc_ints(a, s.nx);
     g->health = alloc_doubles(a, 3 * s.nx);
@@ -98,10 +101,10 @@ static inline void interrupt_monitor(monitor *m, int nx) {
 
 RARE static void reset_monitor(monitor *m, int nx) {
     interrupt_monitor(m, nx);
-    m->learned = m->due = m->has_reading = 0;
-    double *const numbers[] = {m->square, m->way, m->usual, m->way_since};
+    m->due = m->has_reading = 0;
+    double *const numbers[] = {m->square, m->way, m->went, m->usual, m->way_since};
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; ++i) zero(numbers[i], nx);
-    for (int r = 0; r < nx; ++r) m->beyond[r] = m->changes[r] = m->repeats[r] = 0;
+    for (int r = 0; r < nx; ++r) m->beyond[r] = m->learned[r] = m->changes[r] = m->repeats[r] = m->repeated[r] = 0;
 }
 
 RARE static void reset_guard(rumo_guard *g) {

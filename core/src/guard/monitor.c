@@ -12,6 +12,12 @@
 #define MONITOR_LEARNED 50
 #define MONITOR_MEMORY 200
 #define MONITOR_CLIP 2.0
+/* Until then a sample counts up to so many medians of innovations, three deviations, and a share of how far the plan moved. */
+#define MONITOR_MEDIANS 4.5
+#define MONITOR_MOVED 0.25
+/* What was learned holds up to so many times the way that the prediction went then; a share of what is beyond may be wrong. */
+#define MONITOR_FURTHER 3.0
+#define MONITOR_UNKNOWN 0.03
 /* A prediction may be wrong by this share of the way that it goes in MONITOR_SAMPLES, and of the number itself. */
 #define MONITOR_SHARE 0.003
 #define MONITOR_DIGITS 1e-6
@@ -45,6 +51,7 @@ static void find_stuck(rumo_guard *g, const double *x) {
         if (!isfinite(x[r])) continue;
         if (m->has_reading && !(step > 0.0)) {
             m->repeats[r] += m->repeats[r] < MONITOR_MOST;
+            m->repeated[r] += m->repeated[r] < MONITOR_LEARNED;
             m->way_since[r] += g->moved[r];
             continue;
         }
@@ -75,10 +82,13 @@ static void find_leaving(rumo_guard *g, const double *x) {
         return;
     }
     for (int r = 0; r < g->s.nx; ++r) {
-        const double far = m->learned < MONITOR_LEARNED ? INFINITY : MONITOR_FAR * m->unit[r];
-        m->apart[r] = clip(x[r] - g->next_x[r] + m->ahead[r] + m->kept[r] * m->apart[r], -far, far);
+        const int learned = m->learned[r] >= MONITOR_LEARNED;
+        const double far = learned ? MONITOR_FAR * m->unit[r] : INFINITY;
+        const double jump = learned ? INFINITY : MONITOR_MEDIANS * g->median[r] + MONITOR_MOVED * g->moved[r];
+        const double innovation = clip(x[r] - g->next_x[r] + m->ahead[r], -jump, jump);
+        m->apart[r] = clip(innovation + m->kept[r] * m->apart[r], -far, far);
         m->smooth[r] += (m->apart[r] - m->smooth[r]) / MONITOR_SMOOTH;
-        if (m->learned < MONITOR_LEARNED) continue;
+        if (!learned) continue;
         const double size = fabs(m->smooth[r]);
         m->beyond[r] = size > m->unit[r] ? m->beyond[r] + (m->beyond[r] < MONITOR_MOST) : 0;
         if (size > MONITOR_LIMIT * m->unit[r] && g->health[3 * r + 2] == RUMO_HEALTHY)
@@ -87,18 +97,18 @@ static void find_leaving(rumo_guard *g, const double *x) {
     m->fresh = 1;
 }
 
-/* Whether it is time to say what the next readings depend on: once a sample, for those who have a plan. */
+/* Whether it is time to say what the next readings depend on: once a sample, for those who have a plan. What was said holds
+ * if the same sample is prepared again. */
 static int begin_expecting(rumo_guard *g) {
     monitor *m = &g->monitor;
     const rumo_shift *shift = &g->data.shift;
-    const int due = m->due;
+    if (!m->due) return 0;
     m->due = m->expects = 0;
-    if (!due || isinf(g->gate_width) || !g->has_next) return 0;
+    if (isinf(g->gate_width) || !g->has_next) return 0;
     /* The next sample lies within the first interval, or at its end. */
     m->share = shift->stages[0] == 0 ? shift->shares[0] : 1.0;
     if (shift->stages[0] > 1 || (shift->stages[0] == 1 && shift->shares[0] != 0.0)) return 0;
     if (m->fresh && m->compared < MONITOR_SAMPLES) ++m->compared;
-    if (m->fresh && m->learned < MONITOR_MEMORY) ++m->learned;
     return m->expects = 1;
 }
 
@@ -110,13 +120,18 @@ static void expect_reading(rumo_guard *g, int r, double own, double change) {
     const double lasts = clip(1.0 + m->share * (own - 1.0), 0.0, 1.0), way = fabs(g->next_x[r] - g->x[r]);
     if (!isfinite(own) || !isfinite(change)) m->expects = 0;
     if (m->fresh) { /* learn of the last sample */
-        const double size = fabs(m->apart[r]), weight = 1.0 / m->learned;
-        const double least = m->learned <= MONITOR_LEARNED ? INFINITY : MONITOR_CLIP * MONITOR_CLIP * m->square[r];
-        m->square[r] += weight * (smaller(size * size, least) - m->square[r]);
+        const double further = m->way[r] - MONITOR_FURTHER * m->went[r];
+        if (MONITOR_UNKNOWN * further > m->unit[r]) m->learned[r] = m->beyond[r] = 0; /* anew where it goes further than ever */
+        m->learned[r] += m->learned[r] < MONITOR_MEMORY;
+        const double size = fabs(m->apart[r]), weight = 1.0 / m->learned[r];
+        const double most = m->learned[r] <= MONITOR_LEARNED ? INFINITY : MONITOR_CLIP * MONITOR_CLIP * m->square[r];
+        m->square[r] += weight * (smaller(size * size, most) - m->square[r]);
+        m->went[r] += weight * (m->way[r] - m->went[r]);
     }
     m->way[r] += way - m->way[r] / MONITOR_SAMPLES;
     /* A sensor that often repeats itself shows steps. */
-    const double steps = larger(sensors->resolution[r], 2 * m->changes[r] < MONITOR_LEARNED ? g->smallest[r] : 0.0);
+    const int shows = m->repeated[r] == MONITOR_LEARNED || 2 * m->changes[r] < MONITOR_LEARNED;
+    const double steps = larger(sensors->resolution[r], shows ? g->smallest[r] : 0.0);
     m->unit[r] = larger(sqrt(m->square[r]), sensors->noise[r]) + steps + MONITOR_SHARE * m->way[r] +
                  MONITOR_DIGITS * fabs(g->x[r]) + 1e-12;
     m->kept[r] = lasts * (1.0 - 1.0 / larger(2.0, smaller(m->compared + 2, MONITOR_SAMPLES)));

@@ -15,7 +15,7 @@ from rumo.checks import printable
 from rumo.errors import ArgumentError
 from rumo.files import write_whole
 from rumo.signals import Array
-from rumo.simulation.variables import TIMES, VARIABLES
+from rumo.simulation.variables import TEXTS, TIMES, VARIABLES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -150,7 +150,7 @@ def _lack(log: xr.Dataset) -> str:
         variable, wanted = log.variables[name], ("time", *dims)
         if variable.dims != wanted:
             return f"the variable {name!r} over {variable.dims}, not {wanted}"
-        kinds, kind = ("UO", "text") if name in ("status", "cause") else ("f", "floats")
+        kinds, kind = ("UO", "text") if name in TEXTS else ("f", "floats")
         if variable.dtype.kind not in kinds:
             return f"the variable {name!r} of type {variable.dtype}, not {kind}"
     return ""

@@ -20,7 +20,7 @@ from rumo.simulation.computed import limits_at, outputs_and_constraints
 from rumo.simulation.foreign import ForeignPlant, PlantLike, as_plant
 from rumo.simulation.plant import Plant
 from rumo.simulation.sample import Sample
-from rumo.simulation.variables import OTHERS, RESCUED, SKIPPED, TIMES, UNITLESS, VARIABLES
+from rumo.simulation.variables import OTHERS, RESCUED, SKIPPED, TEXTS, TIMES, UNITLESS, VARIABLES
 from rumo.version import __version__
 
 if TYPE_CHECKING:
@@ -135,9 +135,9 @@ class Recorder:
         row["numbers"] = self._controller.problem.numbers
         for name, values in others.items():
             row[name] = self._vector(signals[VARIABLES[name][0][-1]], values, name)
-        row |= _of_plan(plan)
+        row |= _of_plan(plan) | dict(zip(("health", "symptom"), self._symptoms(plan), strict=True))
         for name, (dims, _) in VARIABLES.items():
-            if dims:
+            if name not in TEXTS:
                 row[name] = self._copied(name, dims, row.get(name))
         self._rows.append(row)
 
@@ -167,14 +167,16 @@ class Recorder:
 
         problem = self._controller.problem
         model = problem.model
-        columns = {name: self._column(name, dims, float if dims else str) for name, (dims, _) in VARIABLES.items()}
+        columns = {
+            name: self._column(name, dims, str if name in TEXTS else float) for name, (dims, _) in VARIABLES.items()
+        }
         with interruptible():
             self._complete(columns)
             limits = limits_at(problem, [row["numbers"] for row in self._rows])
         data: dict[str, Any] = {}
         for name, (dims, meaning) in VARIABLES.items():
             attributes = {"long_name": meaning}
-            if dims:
+            if dims and name not in TEXTS:
                 attributes["units"] = "1" if name in UNITLESS else _unit_list(self._signals[dims[-1]])
             data[name] = (("time", *dims), columns[name], attributes)
         for name in TIMES:
@@ -220,6 +222,15 @@ class Recorder:
         true = columns["true_outputs"]
         columns["true_outputs"] = np.where(np.isnan(true), computed.full().T, true)
 
+    def _symptoms(self, plan: Plan | None) -> tuple[Array, list[str]]:
+        """Sizes of the symptoms of readings (nx,), 0 where there is none, and what they are (nx,)."""
+        states = self._signals["state"]
+        sizes, kinds = np.full(len(states), np.nan if plan is None else 0.0), [""] * len(states)
+        for symptom in plan.health if plan else ():
+            i = states.index(symptom.state)
+            sizes[i], kinds[i] = symptom.size, symptom.kind
+        return sizes, kinds
+
     def _wanted(self, reference: ReferenceWindow | None) -> Array:
         """Wanted outputs now (ny,)."""
         outputs = self._signals["output"]
@@ -263,7 +274,6 @@ def _of_plan(plan: Plan | None) -> dict[str, Any]:
         "predicted_inputs": plan.u.values,
         "constraints": plan.constraints.values,
         "slacks": plan.slacks.values,
-        "health": _health(plan),
         "status": plan.status.name,
         "cause": plan.cause.name,
         "rescued": plan.rescued,
@@ -272,14 +282,6 @@ def _of_plan(plan: Plan | None) -> dict[str, Any]:
         "step_time": plan.timings.total,
         "waited_time": plan.timings.waited,
     }
-
-
-def _health(plan: Plan) -> Array:
-    """Sizes of the symptoms of readings (nx,), 0 where there is none."""
-    states, sizes = plan.problem.model.states, np.zeros(len(plan.problem.model.states))
-    for symptom in plan.health:
-        sizes[states.index(symptom.state)] = symptom.size
-    return sizes
 
 
 def _unit_list(signals: Signals) -> str:

@@ -22,6 +22,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
         ("state",),
         "size of a reading's symptom: usual deviations from the prediction, or samples that it is stuck; else 0",
     ),
+    "symptom": (("state",), "what is wrong with a reading: held, leaving, stuck, or nothing"),
     "received": (("state",), "measured states as they arrived, faults included"),
     "measured_outputs": (("measured_output",), "further measurements"),
     "received_outputs": (("measured_output",), "further measurements as they arrived, faults included"),
@@ -34,6 +35,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "parameters": (("interval", "model_parameter"), "parameters of the controller's model, as it believes"),
 }
 """Dimensions after time, and meaning."""
+TEXTS = ("status", "cause", "symptom")
+"""Of these: no numbers."""
 UNITLESS = ("health",)
 """Of these: in no unit, whatever is the signal's."""
 RESCUED = "whether the nonlinear program's solution was the plan, since the iteration's was not to be trusted"
