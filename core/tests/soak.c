@@ -129,8 +129,8 @@ static void check_values(const run *r, int solved) {
     for (int i = 0; solved && i < nx; ++i) {
         const double turn = p->sensors.turn[i], turns = turn > 0.0 ? (x[i] - r->x[i]) / turn : 0.5;
         const int same = memcmp(x + i, r->x + i, sizeof *x) == 0 || fabs(turns - floor(turns + 0.5)) < 1e-6;
-        CHECK(same || r->plan.health[3 * i + 2] == RUMO_HELD, "%s: state %d is %.17g at first, and was measured to be %.17g", r->f->name, i,
-              x[i], r->x[i]);
+        const int held = (int)r->plan.health[3 * i + 2] == (int)RUMO_HELD;
+        CHECK(same || held, "%s: state %d is %.17g at first, and was measured to be %.17g", r->f->name, i, x[i], r->x[i]);
     }
     for (int i = 0; i < N * nc; ++i) {
         CHECK(isnan(constraints[i]) == !solved, "%s: constraint %g of status %d", r->f->name, constraints[i],

@@ -36,7 +36,7 @@
 /* Say what is wrong with a reading. */
 static void complain(rumo_guard *g, int r, double deviations, int samples, rumo_symptom symptom) {
     double *said = g->health + 3 * r;
-    g->symptoms += said[2] == RUMO_HEALTHY;
+    g->symptoms += !(said[2] > 0.0);
     said[0] = deviations;
     said[1] = samples;
     said[2] = symptom;
@@ -91,7 +91,7 @@ static void find_leaving(rumo_guard *g, const double *x) {
         if (!learned) continue;
         const double size = fabs(m->smooth[r]);
         m->beyond[r] = size > m->unit[r] ? m->beyond[r] + (m->beyond[r] < MONITOR_MOST) : 0;
-        if (size > MONITOR_LIMIT * m->unit[r] && g->health[3 * r + 2] == RUMO_HEALTHY)
+        if (size > MONITOR_LIMIT * m->unit[r] && !(g->health[3 * r + 2] > 0.0))
             complain(g, r, size / m->unit[r], m->beyond[r], RUMO_LEAVING);
     }
     m->fresh = 1;

@@ -15,7 +15,7 @@
 /* As many steps of refinement at most. */
 #define MOST_STEPS 20
 /* A step after which states are not what inputs lead to any more, in units of v. */
-#define FAR 10.0
+#define FAR_OFF 10.0
 /* A distance in units of v that no rounding explains, after refinement. */
 #define DISTINCT 1e-8
 
@@ -78,7 +78,7 @@ static double refine_on(qp *q) {
 
 /* The same; and after steps so long that what they were added to has lost its digits, again from w alone. */
 static void polish(qp *q) {
-    for (int i = 0; refine_on(q) > FAR && i < MOST_STEPS && !is_over(q->end); ++i) {
+    for (int i = 0; refine_on(q) > FAR_OFF && i < MOST_STEPS && !is_over(q->end); ++i) {
         q->evaluated = 0;
         evaluate_at_w(q);
     }
