@@ -17,6 +17,7 @@ from typing import Any, cast
 import numpy as np
 
 import rumo
+from rumo.shift import Shift
 from rumo.simulation import Scenario
 from rumo.studies.faults import FaultStudy
 from rumo.studies.faults.study import FaultRun
@@ -48,7 +49,7 @@ class JudgedIteration(rumo.RealTimeIteration):
         self._converged = rumo.RealTimeIteration(problem, gate=None, sqp_iterations=300)
         self._first = rumo.RealTimeIteration(problem, gate=None, settling_iterations=0)
         self._nlp, self._share, self._random = rumo.DirectNlp(problem, gate=None), 0.0, np.random.default_rng(0)
-        self._last: rumo.Plan | None = None
+        self._shift, self._last = Shift(self.transcription), None
         self.judged: list[Judged] = []
 
     def judge_by_nlp(self, share: float) -> None:
@@ -73,7 +74,7 @@ class JudgedIteration(rumo.RealTimeIteration):
             return plan
         first_error, first_trusted, difference = np.nan, True, np.nan
         if last is not None:
-            self._first.engage(applied=applied, plan=_shifted(last))
+            self._first.engage(applied=applied, plan=self._shifted(last))
             first = self._first.step(*known)
             first_error, first_trusted = self._distance(first, best), first.trusted
         if self._random.random() < self._share:
@@ -87,10 +88,11 @@ class JudgedIteration(rumo.RealTimeIteration):
         d = self.problem.delay
         return float(np.max(np.abs(plan.u.values[d] - best.u.values[d]) / self.problem.input_scales))
 
-
-def _shifted(plan: rumo.Plan) -> dict[str, np.ndarray]:
-    u, x = plan.u.values, plan.x.values
-    return {"u": np.vstack([u[1:], u[-1:]]), "x": np.vstack([x[1:], 2.0 * x[-1:] - x[-2:-1]])}
+    def _shifted(self, plan: rumo.Plan) -> dict[str, np.ndarray]:
+        """The guess that the next sample has of a plan."""
+        x, begin = plan.x.values, self._shift.stages
+        moved = x[begin] + self._shift.shares[:, None] * (x[begin + 1] - x[begin])
+        return {"x": moved, "u": plan.u.values[self._shift.intervals]}
 
 
 def drives(seeds: list[int]) -> Iterator[tuple[str, Scenario]]:

@@ -124,16 +124,7 @@ class Ipopt(Method):
         options = self._ipopt_options()
         if self._timed:
             sizes = {name: statement[name].numel() for name in ("x", "g", "p")}
-            self._deadline = Deadline(
-                {
-                    "x": sizes["x"],
-                    "f": 1,
-                    "g": sizes["g"],
-                    "lam_x": sizes["x"],
-                    "lam_g": sizes["g"],
-                    "lam_p": sizes["p"],
-                }
-            )
+            self._deadline = Deadline(sizes | {"f": 1} | {f"lam_{name}": size for name, size in sizes.items()})
             options["iteration_callback"] = self._deadline
         self._solver = ca.nlpsol("direct_nlp", "ipopt", statement, options)
 
