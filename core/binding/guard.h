@@ -114,6 +114,8 @@ public:
         std::copy_n(api_->guard_health(guard_), count, out.writable());
     }
 
+    bool surprised() const { return api_->guard_surprised(guard_) != 0; }
+
     void expect(nb::handle A) {
         const auto nx = static_cast<std::size_t>(sizes_.states);
         const Vector matrix(A, nx * nx, "A");

@@ -55,6 +55,7 @@ NB_MODULE(_core, module) {
         .def("take_back", &Guard::take_back)
         .def("taken", &Guard::taken)
         .def("health", &Guard::health)
+        .def_prop_ro("surprised", &Guard::surprised)
         .def("expect", &Guard::expect)
         .def_prop_ro("has_guess", [](const Guard &guard) { return guard.state().has_guess != 0; });
     nb::class_<Qp>(module, "Qp")

@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 12
+#define RUMO_CORE_VERSION 13
 
 /* What the failure policy goes by; methods outside the core read these too. */
 #define RUMO_GATE_STAGES 15       /* over which the gate asks how far a state can go: over a long horizon, anywhere */
@@ -233,6 +233,7 @@ typedef struct rumo_api {
     rumo_status (*guard_admit)(rumo_guard *, const double *x, const double *reference, int count, const double *reach);
     const double *(*guard_taken)(const rumo_guard *); /* that measurement as it is to be used: some readings are predicted */
     const double *(*guard_health)(const rumo_guard *); /* (nx, 3), as in rumo_plan */
+    int (*guard_surprised)(const rumo_guard *); /* whether a reading that is used was farther off than is usual */
     /* Apply a candidate (u NULL: none) that came with *cause, else the plan before, else the safe input; returns the status of
      * what is applied. The cause becomes SOLVER_FAILED where a solution is none. */
     rumo_status (*guard_follow)(rumo_guard *, const double *u, const double *x, const double *inner, rumo_status *cause);

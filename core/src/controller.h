@@ -33,6 +33,8 @@ struct rumo_controller {
     int has_reference;
     double *begins;          /* (ny,): where what is wanted began at the sample before */
     double last_step;        /* largest change of a free input in the iteration before, NaN if it is the sample's first */
+    int wary;                /* whether the sample's first iteration is not enough, see step.c */
+    double moved_later;      /* largest change of a free input in later iterations of the samples since one that was used */
     double *near_reach;      /* (nx,): over the stages of the gate, where the gate has to know */
     double straying;         /* of the last guess linearised about, see straying() */
     rumo_conflict *broken;   /* (N nc,): hard constraints that the last solution exceeds */

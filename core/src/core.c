@@ -32,6 +32,7 @@
 #define unwind NULL
 #define taken NULL
 #define health NULL
+#define is_surprised NULL
 #define expect NULL
 #define drop_guess NULL
 #define follow_candidate NULL
@@ -89,6 +90,7 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     admit,
     taken,
     health,
+    is_surprised,
     follow_candidate,
     take_back,
     expect,

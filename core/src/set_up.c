@@ -60,6 +60,8 @@ RARE static void reset_controller(rumo_controller *ctl) {
     solver_of(&ctl->problem.sizes)->forget(&ctl->solving);
     ctl->prepare_seconds = ctl->linearize_seconds = ctl->straying = 0.0;
     ctl->last_step = NAN;
+    ctl->wary = 0;
+    ctl->moved_later = 0.0;
 }
 
 RARE static rumo_controller *create_controller(const rumo_problem *p, const rumo_settings *settings, void *memory) {

@@ -27,6 +27,7 @@ static inline int is_settled(const rumo_controller *ctl, int iterations, double 
     const double size = ctl->step.size;
     if (iterations < ctl->settings.sqp_iterations && !(change(ctl) < ctl->settings.sqp_tolerance)) return 0;
     if (!(ctl->straying < STRAYED)) return 0;
+    if (iterations == 1 && ctl->wary) return 0;
     if (iterations == 1 && size <= ctl->settings.trusted_step) return 1;
     return size <= SETTLED_STEP || error_left(before, size) <= SETTLED;
 }
@@ -46,6 +47,13 @@ static void set_from(rumo_controller *ctl) { set_guess(ctl, ctl->from_u, ctl->fr
 static void set_known(rumo_controller *ctl, const double *x) {
     copy(ctl->stages.guess_x, x, ctl->s.nx);
     copy(ctl->stages.guess_u, ctl->guard.applied, ctl->s.d * ctl->s.nu);
+}
+
+/* An iteration after the first of a sample. */
+static rumo_status iterate_again(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
+    const rumo_status status = iterate(ctl, x, reference, plan);
+    if (is_solved(status)) ctl->moved_later = larger(ctl->moved_later, ctl->step.size);
+    return status;
 }
 
 /* The guess is a share of the way from the one that was kept to the plan. */
@@ -104,14 +112,14 @@ RARE static rumo_status globalise(rumo_controller *ctl, const double *x, const d
                                   int iterations) {
     double price = 0.0, before = NAN;
     ctl->last_step = NAN;
-    rumo_status status = iterate(ctl, x, reference, plan);
+    rumo_status status = iterate_again(ctl, x, reference, plan);
     if (!is_solved(status)) return status;
     while (!is_settled(ctl, ++iterations, before)) {
         copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(&ctl->s));
         const double share = is_last(ctl, iterations) ? 0.0 : take_step(ctl, reference, &price);
         before = share == 1.0 ? ctl->step.size : NAN;
         if (share < 1.0) ctl->last_step = NAN;
-        if (share == 0.0 || make_ready(ctl) != RUMO_OPTIMAL || !is_solved(status = iterate(ctl, x, reference, plan))) {
+        if (share == 0.0 || make_ready(ctl) != RUMO_OPTIMAL || !is_solved(status = iterate_again(ctl, x, reference, plan))) {
             plan->conflicts = 0; /* those were of a step not taken */
             if (!is_last(ctl, iterations) && !ctl->still) return RUMO_SOLVER_FAILED;
             show_guess(ctl);
@@ -131,7 +139,7 @@ static rumo_status take_full_steps(rumo_controller *ctl, const double *x, const 
         if (is_last(ctl, *iterations) || !converges) return RUMO_UNTRUSTED;
         before = size;
         guess_plan(ctl);
-        if (linearize(ctl) != RUMO_OPTIMAL || !is_solved(status = iterate(ctl, x, reference, plan))) {
+        if (linearize(ctl) != RUMO_OPTIMAL || !is_solved(status = iterate_again(ctl, x, reference, plan))) {
             recall_guess(ctl);
             plan->conflicts = 0; /* those were of a step not taken */
             return RUMO_UNTRUSTED;

@@ -126,6 +126,8 @@ static rumo_status attempt(rumo_controller *ctl, const double *measured, const d
     const int near = is_near(&ctl->guard, x);
     if (!near) solver_of(&ctl->problem.sizes)->reach(&ctl->solving, gate_stages(s), ctl->near_reach);
     if (!plausible(&ctl->guard, x, near ? NULL : ctl->near_reach)) return RUMO_BAD_MEASUREMENT;
+    ctl->wary = ctl->guard.surprised || ctl->moved_later > SETTLED;
+    ctl->moved_later = 0.0;
     ctl->last_step = NAN; /* a step at another sample says nothing of this one's iterations */
     const int guessed = ctl->guard.has_guess && (!ctl->still || is_plain(ctl) || is_over(ctl->end));
     const rumo_status status = guessed ? try_guess(ctl, x, reference, plan) : try_start(ctl, x, reference, plan);

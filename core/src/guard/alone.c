@@ -61,6 +61,8 @@ static const double *taken(const rumo_guard *g) { return g->taken; }
 
 static const double *health(const rumo_guard *g) { return g->health; }
 
+static int is_surprised(const rumo_guard *g) { return g->surprised; }
+
 /* How the state after a sample depends on that before it, A (nx, nx). */
 static void expect(rumo_guard *g, const double *A) {
     const int nx = g->s.nx;

@@ -24,6 +24,11 @@
 #define GATE_GROWTH 2.5
 /* A prediction that moves on is wrong by a share of that. */
 #define GATE_MOVED 0.25
+/* An innovation beyond so many medians (four deviations) is a surprise, once so many samples have gone before, if it is more
+ * than a share of how far the plan moves the state: where predictions are good to less, a little worse is none. */
+#define SURPRISING 6.0
+#define SURPRISING_SHARE 0.1
+#define SURPRISE_LEARNED 20
 
 /* Whether there is such a reading. */
 static inline int is_possible(const rumo_guard *g, const double *x, int r) {
@@ -48,10 +53,10 @@ static inline double usual(const rumo_guard *g, int r) {
     return larger(known(g, r), grown) + GATE_MOVED * g->moved[r];
 }
 
-/* How far the plan moves a state until a stage of the gate. */
-static double span(const rumo_guard *g, int r) {
+/* How far the plan moves a state until a stage. */
+static double span(const rumo_guard *g, int r, int stages) {
     double far = 0.0;
-    for (int k = 1; k <= gate_stages(&g->s); ++k)
+    for (int k = 1; k <= stages; ++k)
         far = larger(far, fabs(g->next_x[k * g->s.nx + r] - g->next_x[r]));
     return far;
 }
@@ -69,7 +74,7 @@ static int is_suspicious(const rumo_guard *g, const double *x, const double *rea
     for (int r = 0; r < g->s.nx; ++r) {
         if (!is_possible(g, x, r)) return 1;
         const double innovation = fabs(x[r] - g->next_x[r]);
-        if (reach[r] > 0.0 && innovation > widest(g, r, reach[r] + span(g, r), 0)) return 1;
+        if (reach[r] > 0.0 && innovation > widest(g, r, reach[r] + span(g, r, gate_stages(&g->s)), 0)) return 1;
     }
     return 0;
 }
@@ -92,6 +97,25 @@ static void learn(rumo_guard *g, int r, double innovation, double limit) {
     if (g->learned == 0) g->median[r] = smaller(innovation, limit) / (GATE_MEDIANS * 5.0);
     else g->median[r] *= innovation > g->median[r] ? step : 1.0 / step;
     g->median[r] = larger(g->median[r], least);
+}
+
+/* A reading that is used as it is. */
+static void use_reading(rumo_guard *g, int r, double innovation) {
+    if (g->learned >= SURPRISE_LEARNED && innovation > SURPRISING * g->median[r])
+        g->surprised |= innovation > SURPRISING_SHARE * span(g, r, g->s.N);
+    g->before[r] = innovation;
+}
+
+/* All readings are used as they are. */
+static void use_all(rumo_guard *g, const double *x) {
+    for (int r = 0; r < g->s.nx; ++r) {
+        const double innovation = fabs(x[r] - g->next_x[r]);
+        use_reading(g, r, innovation);
+        learn(g, r, innovation, innovation);
+        g->held[r] = 0;
+    }
+    g->missing = 0;
+    if (g->learned < GATE_LEARNED) ++g->learned;
 }
 
 /* Take a sample over, for what is said of the next: the smallest step of each sensor among others. */
@@ -117,7 +141,7 @@ static int is_frozen(rumo_guard *g, const double *x, const double *reach) {
         const double innovation = fabs(x[r] - g->next_x[r]);
         g->stayed[r] += innovation;
         const double shown = GATE_STEPS * larger(g->data.sensors.resolution[r], g->smallest[r]);
-        moved |= innovation > GATE_MOTION * (reach[r] + span(g, r)) && g->stayed[r] > shown;
+        moved |= innovation > GATE_MOTION * (reach[r] + span(g, r, gate_stages(&g->s))) && g->stayed[r] > shown;
     }
     return moved && g->changes == GATE_CHANGES;
 }
@@ -146,43 +170,38 @@ static int is_held(rumo_guard *g, const double *x, int r, double limit, double a
  * believed when they go on for too long.
  */
 static int plausible(rumo_guard *g, double *x, const double *reach) {
-    const int nx = g->s.nx, no_gate = isinf(g->gate_width) || !g->has_next;
-    if (no_gate) {
+    const int nx = g->s.nx;
+    g->surprised = 0;
+    if (isinf(g->gate_width) || !g->has_next) {
         for (int r = 0; r < nx; ++r) g->held[r] = 0;
         copy(g->last_x, x, nx);
         g->has_last = 1;
         g->missing = 0;
+        if (g->has_next) use_all(g, x);
         interrupt_monitor(&g->monitor, nx);
         return 1;
     }
     find_stuck(g, x);
     if (is_near(g, x) || !reach) {
-        for (int r = 0; r < nx; ++r) {
-            const double innovation = fabs(x[r] - g->next_x[r]);
-            learn(g, r, innovation, innovation);
-            g->before[r] = innovation;
-            g->held[r] = 0;
-        }
-        g->missing = 0;
+        use_all(g, x);
         if (!is_repeated(g, x)) remember(g, x);
-        if (g->learned < GATE_LEARNED) ++g->learned;
         find_leaving(g, x);
         return 1;
     }
     const int suspicious = is_suspicious(g, x, reach);
     int judged = 0, bad = 0, believed = 0, missing = 0;
     for (int r = 0; r < nx; ++r) {
-        const double innovation = fabs(x[r] - g->next_x[r]), unit = reach[r] + span(g, r);
+        const double innovation = fabs(x[r] - g->next_x[r]), unit = reach[r] + span(g, r, gate_stages(&g->s));
         const double limit = widest(g, r, unit, suspicious), agreement = widest(g, r, unit, 0) + g->moved[r];
         const int possible = is_possible(g, x, r), there = reach[r] > 0.0 || !possible;
         missing |= !possible;
         g->out[r] = there && is_held(g, x, r, limit, agreement, &believed);
         judged += there;
         bad += g->out[r];
+        if (!g->out[r]) use_reading(g, r, innovation);
         if (possible) learn(g, r, innovation, limit);
         const double deviations = possible ? GATE_NORMAL * innovation / g->median[r] : INFINITY;
         if (g->out[r]) complain(g, r, deviations, possible ? g->held[r] : g->missing + 1, RUMO_HELD);
-        if (!g->out[r]) g->before[r] = innovation;
     }
     if (g->learned < GATE_LEARNED) ++g->learned;
     if (bad && 2 * bad >= judged) return 0;

@@ -52,6 +52,7 @@ struct rumo_guard {
     double *smallest, *stayed;            /* (nx,): smallest difference of readings, and how far they should have moved */
     int learned;                          /* samples from which it is known what is usual, up to GATE_LEARNED */
     double *median, *before;              /* (nx,): of innovations, and the last of a reading that was used */
+    int surprised;                        /* whether a reading that was used is farther from the prediction than ever */
     double *moved;                        /* (nx,): how far the plan moves until the next sample */
     double *suspect;                      /* (nx,): the last reading that was held back, */
     int *held, *out;                      /* how often in a row it was, and whether the present one is */
@@ -113,7 +114,7 @@ RARE static void reset_guard(rumo_guard *g) {
     zero(g->health, 3 * g->s.nx);
     g->symptoms = 0;
     reset_monitor(&g->monitor, g->s.nx);
-    g->repeats = g->changes = g->has_last = g->learned = g->missing = 0;
+    g->repeats = g->changes = g->has_last = g->learned = g->missing = g->surprised = 0;
     for (int r = 0; r < g->s.nx; ++r) {
         g->smallest[r] = g->stayed[r] = g->median[r] = g->before[r] = g->moved[r] = 0.0;
         g->held[r] = g->out[r] = 0;

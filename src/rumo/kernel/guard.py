@@ -143,6 +143,11 @@ class Guard:
         return x
 
     @property
+    def surprised(self) -> bool:
+        """Whether a reading of the last sample that is used was farther from the prediction than is usual."""
+        return self._guard.surprised
+
+    @property
     def health(self) -> Array:
         """Of readings with a symptom: how many deviations off, for how many samples, and which (3 nx,); else 0."""
         symptoms = np.empty(3 * self._sizes["states"])

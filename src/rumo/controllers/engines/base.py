@@ -151,6 +151,9 @@ class Method(ABC):
     def reset(self) -> None:
         """Forget everything."""
 
+    def begin_sample(self, surprised: bool) -> None:
+        """Be told that a measurement is to be solved for, and whether it is a surprise."""
+
     def missed(self) -> None:
         """Be told that a step had no solution."""
 

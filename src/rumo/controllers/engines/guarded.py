@@ -241,6 +241,7 @@ class Guarded:
         admitted = self._guard.admit(x, wanted, self.method.reach())
         if admitted is not Status.OPTIMAL:
             return None, admitted
+        self.method.begin_sample(self._guard.surprised)
         x = self._guard.taken
         guess = self._guess
         if guess is None or not self._guard.has_guess:  # what was predicted is wrong

@@ -17,7 +17,7 @@ from rumo.controllers.arguments import tracked
 from rumo.controllers.engines.base import Candidate, Method
 from rumo.controllers.engines.conditions import SparseProgram
 from rumo.controllers.engines.qp import Solution, solve
-from rumo.controllers.engines.settle import Settling, error_left
+from rumo.controllers.engines.settle import SETTLED, Settling, error_left
 from rumo.controllers.engines.stagewise import Horizon, affine, assemble, quadratic_program
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.settings import QpOptions, Settings
@@ -39,6 +39,11 @@ class NumpyRti(Method):
     ----------
     about : Trajectory
         What the last linearisation was about.
+    wary : bool
+        Whether a sample's first iteration is not enough: its measurement is a surprise, or later iterations have moved
+        inputs at the one before.
+    moved_later : float
+        Largest change of an input over its range in later iterations since a sample began.
     """
 
     def __init__(self, transcription: Transcription, settings: Settings, optimize: Optimize = solve) -> None:
@@ -56,7 +61,12 @@ class NumpyRti(Method):
         """See `Method.reset`."""
         self._horizon: Horizon | None = None
         self._reach = np.zeros(len(self.transcription.problem.model.states))
+        self.wary, self.moved_later = False, 0.0
         self.begin()
+
+    def begin_sample(self, surprised: bool) -> None:
+        """See `Method.begin_sample`."""
+        self.wary, self.moved_later = surprised or self.moved_later > SETTLED, 0.0
 
     def begin(self) -> None:
         """Iterations begin: there is no step to compare the next one with."""

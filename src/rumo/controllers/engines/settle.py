@@ -65,6 +65,8 @@ class Settling:
             return False
         if not rti.horizon.straying < STRAYED:
             return False
+        if self._iterations == 1 and rti.wary:
+            return False
         if self._iterations == 1 and size <= settings.trusted_step:
             return True
         return size <= SETTLED_STEP or error_left(before, size) <= SETTLED
@@ -109,12 +111,20 @@ class Settling:
             if self._is_last or not converges or not rti.linearize(candidate.trajectory, self._applied):
                 return False, candidate
             before = size
-            better = rti.iterate(self._x, self._window, self._applied)
+            better = self._iterate()
             if not rti.is_usable(better):
                 return False, candidate
             candidate = better
             self._iterations += 1
         return True, candidate
+
+    def _iterate(self) -> Candidate:
+        """An iteration after the first."""
+        rti = self._rti
+        candidate = rti.iterate(self._x, self._window, self._applied)
+        if candidate.status.solved:
+            rti.moved_later = max(rti.moved_later, rti.step_size)
+        return candidate
 
     def _globalise(self, before_it: Candidate) -> Candidate | None:
         """Iterations that are worth it, from a guess linearised about.
@@ -123,7 +133,7 @@ class Settling:
         """
         rti, before = self._rti, np.nan
         rti.begin()
-        candidate = rti.iterate(self._x, self._window, self._applied)
+        candidate = self._iterate()
         if not rti.is_usable(candidate):
             return replace(before_it, status=Status.BUDGET_EXCEEDED) if rti.is_over else None
         self._iterations += 1
@@ -135,7 +145,7 @@ class Settling:
                 rti.begin()
             better = None
             if share > 0.0 and rti.linearize(guess, self._applied):
-                better = rti.iterate(self._x, self._window, self._applied)
+                better = self._iterate()
             if better is None or not rti.is_usable(better):
                 return self._shown(guess, candidate) if self._is_last or self._alone else None
             candidate = better
