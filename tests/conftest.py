@@ -18,11 +18,9 @@ for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
 
 @pytest.fixture(autouse=True, scope="module")
 def little_to_collect():
-    """Each simulation collects garbage before it begins: modules and tests, which stay, need not be gone through."""
+    """Each simulation collects garbage before it begins, but not what was there when a file began."""
     gc.collect()
     gc.freeze()
-    yield
-    gc.unfreeze()
 
 
 @pytest.fixture(scope="session")
