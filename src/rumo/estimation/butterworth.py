@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
 
 from rumo.checks import whole_number
 from rumo.errors import ArgumentError
@@ -37,6 +36,8 @@ class Butterworth:
         if not isinstance(cutoff, int | float | np.number) or not 0.0 < cutoff < nyquist:
             raise ArgumentError("cutoff", f"{cutoff} Hz", f"a frequency between 0 and {nyquist:g} Hz")
         whole_number(self.order, "order", 1)
+        from scipy import signal  # takes longer to import than all the rest of a study
+
         sections = signal.butter(self.order, self.cutoff, fs=2.0 * nyquist, output="sos")
         columns = state_columns(problem.model, measured)
         return RunningButterworth(np.asarray(sections), problem.model.states.angles, columns)
@@ -46,7 +47,9 @@ class RunningButterworth:
     """A filter with memory; it starts at the first finite sample, in steady state."""
 
     def __init__(self, sections: Array, angles: np.ndarray, columns: list[int]) -> None:
-        self._sections = sections
+        from scipy.signal import sosfilt, sosfilt_zi
+
+        self._sections, self._steady, self._filter = sections, np.asarray(sosfilt_zi(sections)), sosfilt
         self._angles = angles
         self._columns = columns
         self._memory: Array | None = None
@@ -59,9 +62,9 @@ class RunningButterworth:
             return Estimate(states)
         if self._previous is None or self._memory is None:
             self._previous = states
-            self._memory = signal.sosfilt_zi(self._sections)[:, :, None] * states
+            self._memory = self._steady[:, :, None] * states
         turn = 2.0 * np.pi * np.round((states - self._previous) / (2.0 * np.pi))
         states = states - np.where(self._angles, turn, 0.0)
         self._previous = states
-        filtered, self._memory = signal.sosfilt(self._sections, states[None], axis=0, zi=self._memory)
+        filtered, self._memory = self._filter(self._sections, states[None], axis=0, zi=self._memory)
         return Estimate(filtered[0])
