@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from problems import pendulum
 from rich.console import Console
 from typer.testing import CliRunner
 
@@ -194,17 +193,6 @@ def test_help_says_what_quiet_is():
 
 def test_completion_can_be_installed():
     assert "--install-completion" in runner.invoke(app, ["-h"]).output
-
-
-def test_compiling_for_the_first_time_is_said(tmp_path, monkeypatch, capsys):
-    monkeypatch.setenv("RUMO_CACHE", str(tmp_path))
-    said = []
-    for _ in range(2):
-        with progress():
-            rumo.RealTimeIteration(pendulum(), backend="tailored")
-        said.append(capsys.readouterr().err)
-    assert "Compiling the core for this problem" in said[0]
-    assert not said[1]
 
 
 def test_tables_fit_80_columns_without_splitting_words():

@@ -14,6 +14,7 @@ import pytest
 from problems import pendulum, rod
 
 import rumo
+from rumo.cli.progress import progress
 from rumo.controllers.engines.described import core_problem
 from rumo.kernel import tailored as build_for
 from rumo.kernel.cache import SUFFIX, open_cache
@@ -90,6 +91,18 @@ def test_compiled_once_and_kept(made, cache, monkeypatch):
 
 
 @needs_cc
+def test_compiling_for_the_first_time_is_said(made, cache, monkeypatch, tmp_path, capsys):
+    stand_in(monkeypatch, tmp_path, f"shutil.copy({str(made)!r}, out)")
+    said = []
+    for _ in range(2):
+        with progress():
+            assert first_command(backend="tailored")[0] == "tailored"
+        said.append(capsys.readouterr().err)
+    assert "Compiling the core for this problem" in said[0]
+    assert not said[1]
+
+
+@needs_cc
 @pytest.mark.parametrize("damage", ["empty", "half", "one bit"])
 def test_damaged_library_is_replaced(damage, made, cache, monkeypatch, tmp_path):
     open_cache()
@@ -123,7 +136,14 @@ with open(out, 'wb') as file:
 
 
 @needs_cc
-def test_two_processes_at_once(cache):
+def test_two_processes_at_once(made, cache, monkeypatch, tmp_path):
+    """Each compiler ends only when the other one has begun."""
+    body = f"""
+runs = pathlib.Path({str(tmp_path / "runs")!r})
+while len(runs.read_text().split()) < 2: time.sleep(0.01)
+shutil.copy({str(made)!r}, out)
+"""
+    runs = stand_in(monkeypatch, tmp_path, body)
     program = (
         "import rumo; from problems import pendulum; c = rumo.RealTimeIteration(pendulum(), backend='tailored');"
         "print(c.backend, c.step([0.3, 0.0], {'angle': 0.1}).command['torque'])"
@@ -136,6 +156,7 @@ def test_two_processes_at_once(cache):
     answers = [process.communicate(timeout=300)[0].split() for process in both]
     assert answers[0][0] == "tailored"
     assert answers[0] == answers[1]
+    assert len(runs()) == 2
     kept = libraries(cache)
     assert kept
     assert list(open_cache().find(kept[0].stem.rpartition("-")[0])) == kept

@@ -167,9 +167,8 @@ def swing(horizon):
 @pytest.mark.parametrize("backend", ["portable", "tailored"])
 @pytest.mark.parametrize("horizon", [3, 20])
 @pytest.mark.parametrize("angle", [1e6 - 0.3, -1e6 + 0.2, 3.3e8, -7.1e11])
-def test_angles_of_any_size(tmp_path, monkeypatch, backend, horizon, angle):
+def test_angles_of_any_size(kept_builds, backend, horizon, angle):
     """As a rotor that turns at 600 rad/s comes to within half an hour; some stages beyond 1e6 rad, and some before."""
-    monkeypatch.setenv("RUMO_CACHE", str(tmp_path))
     if backend == "tailored" and (shutil.which("cc") is None or abs(angle) > 1e7 or horizon < 20):
         pytest.skip("compiled once, and where there is a compiler")
     wanted, plans = {"rate": 1.0}, []
