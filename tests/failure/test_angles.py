@@ -1,6 +1,7 @@
 """Angles: a full turn is no difference, for measurements and for what is wanted."""
 
 from dataclasses import replace
+from functools import cache
 
 import casadi as ca
 import numpy as np
@@ -81,16 +82,22 @@ def test_dynamics_of_models_that_turn():
     assert [unturned(model.f, 0, i) for i in range(4)] == [True, False, True, False]
 
 
-@pytest.mark.parametrize(("name", "backend"), CONTROLLERS)
-@pytest.mark.parametrize(("count", "turns"), [(2, 1), (5, -1), (25, 3)])
-def test_a_heading_off_by_full_turns_disturbs_nothing(name, backend, count, turns):
-    study = replace(BASE, duration=4.0)
+@cache
+def undisturbed_drive(name, backend):
+    """A drive's scenario, its controller, and its log."""
+    study = replace(BASE, duration=2.4)
     scenario = study.scenario(name, study.problem(), study.plant())
     if name == "rti":
         scenario = replace(scenario, backend=backend)
     controller = scenario.make_controller()
-    undisturbed = scenario.run(controller)
-    log = replace(scenario, faults=(Offset(range(50, 50 + count), "psi", turns * TURN),)).run(controller)
+    return scenario, controller, scenario.run(controller)
+
+
+@pytest.mark.parametrize(("name", "backend"), CONTROLLERS)
+@pytest.mark.parametrize(("count", "turns"), [(2, 1), (5, -1), (25, 3)])
+def test_a_heading_off_by_full_turns_disturbs_nothing(name, backend, count, turns):
+    scenario, controller, undisturbed = undisturbed_drive(name, backend)
+    log = replace(scenario, faults=(Offset(range(25, 25 + count), "psi", turns * TURN),)).run(controller)
     np.testing.assert_allclose(log.plant.values, undisturbed.plant.values, atol=1e-6)
     assert set(log.status.values) <= {"OPTIMAL", "SOFT_VIOLATED"}
 
@@ -113,18 +120,22 @@ def test_nor_does_it_through_an_estimator(estimator):
 def test_a_compass_that_goes_from_pi_to_minus_pi_makes_no_difference(backend, of):
     """A vehicle that turns all the time, by more than one turn within the run."""
 
-    def run(compass, wanted):
-        controller = rumo.RealTimeIteration(turning(lambda x: 0.0), backend=backend)
-        x, commands = np.array([0.0, 2.0]), []
-        for k in range(80):
-            window = 2.0 + 0.1 * (k + np.arange(11))
-            reference = {"aside": 0.0, "heading": (window + np.pi) % TURN - np.pi if wanted else window}
-            measured = [x[0], (x[1] + np.pi) % TURN - np.pi] if compass else x
-            commands.append(controller.step(measured, reference).command.values[0])
-            x = x + 0.1 * np.array([np.sin(x[1]), commands[-1]])
-        return np.array(commands)
+    ours = turning_commands(backend, of != "reference", of != "measurement")
+    np.testing.assert_allclose(ours, turning_commands(backend, False, False), atol=1e-9)
 
-    np.testing.assert_allclose(run(of != "reference", of != "measurement"), run(False, False), atol=1e-9)
+
+@cache
+def turning_commands(backend, compass, wanted):
+    """Commands, where a compass shows the heading, and where one says what is wanted."""
+    controller = rumo.RealTimeIteration(turning(lambda x: 0.0), backend=backend)
+    x, commands = np.array([0.0, 2.0]), []
+    for k in range(80):
+        window = 2.0 + 0.1 * (k + np.arange(11))
+        reference = {"aside": 0.0, "heading": (window + np.pi) % TURN - np.pi if wanted else window}
+        measured = [x[0], (x[1] + np.pi) % TURN - np.pi] if compass else x
+        commands.append(controller.step(measured, reference).command.values[0])
+        x = x + 0.1 * np.array([np.sin(x[1]), commands[-1]])
+    return np.array(commands)
 
 
 def test_the_first_sample_may_be_turns_away_from_what_is_wanted():

@@ -1,5 +1,7 @@
 """Whatever is measured, whatever fails: the command is finite and within its bounds, and nothing raises."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -24,17 +26,25 @@ def assert_admissible(problem, plan, previous):
     assert (move <= problem.move_upper + 1e-12).all()
 
 
-@pytest.mark.parametrize("name", CONTROLLERS)
-@settings(max_examples=40, deadline=None)
-@given(sequence=measurements, delay=st.integers(0, 3), reference=anything | plausible)
-def test_any_sequence_of_measurements(name, sequence, delay, reference):
+@cache
+def limited(name, delay):
+    """A controller of a pendulum with limits of every kind, made once for all sequences."""
     problem = pendulum(
         horizon=6,
         delay=delay,
         bounds={"torque": (-2.0, 1.5), "rate": (-3.0, 3.0), "angle": rumo.Bounds(-1.0, 1.0, rumo.Penalty(5.0))},
         move_bounds={"torque": (-0.5, 0.4)},
     )
-    controller = CONTROLLERS[name](problem)
+    return CONTROLLERS[name](problem)
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+@settings(max_examples=40, deadline=None)
+@given(sequence=measurements, delay=st.integers(0, 3), reference=anything | plausible)
+def test_any_sequence_of_measurements(name, sequence, delay, reference):
+    controller = limited(name, delay)
+    problem = controller.problem
+    controller.reset()
     previous = controller.applied[-1]
     for x in sequence:
         plan = controller.step(x, {"angle": reference, "rate": 0.0})

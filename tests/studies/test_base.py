@@ -24,7 +24,7 @@ from rumo.studies.linearization import LinearizationStudy
 
 STUDIES = {
     "paper": PaperStudy(("rti", "nlp"), duration=0.4),
-    "faults": FaultStudy(("rti", "ltv"), ("none", "jump", "budget"), duration=3.4, keep_logs=True),
+    "faults": FaultStudy(("rti", "ltv"), ("none", "jump", "budget"), start=0.4, duration=0.8, keep_logs=True),
     "linearization": LinearizationStudy(("rti", "ltv"), {"speed": (8.0, 9.0), "noise": (1.0,)}, duration=0.4),
     "discretization": DiscretizationStudy(("van-de-vusse",), ("implicit-euler", "radau2"), backend="portable"),
 }

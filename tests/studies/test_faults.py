@@ -160,7 +160,7 @@ def test_other_seeds_recover_as_well():
 @pytest.mark.parametrize("speed", [8.0, 11.0])
 def test_every_fault_leaves_finite_commands_and_raises_nothing(speed):
     """However wrong what is measured, told and driven is, whatever becomes of the car."""
-    study = FaultStudy(("rti",), speeds=(speed,), samples=(25,), duration=5.0)
+    study = FaultStudy(("rti",), speeds=(speed,), samples=(25,), start=1.0, duration=3.0)
     for fault, result in outcomes(study).items():
         assert (result["bad_commands"], result["exceptions"]) == (0, 0), (fault, result["exception"])
 
@@ -277,7 +277,7 @@ def test_the_whole_car_is_measured_for_its_noise():
 
 
 def test_print_and_page_show_the_same():
-    study = FaultStudy(("rti", "ltv"), ("none", "near", "heavy"), samples=(1, 5), duration=3.6)
+    study = FaultStudy(("rti", "ltv"), ("none", "near", "heavy"), samples=(1, 5), start=0.4, duration=1.0)
     report = study.report(study.run())
     (content,) = report.figures
     assert [title for title, _ in content.panels] == ["RTI", "LTV"]
@@ -332,19 +332,23 @@ def test_bad_settings(settings, message):
     assert message in str(error.value)
 
 
+EARLY = ("--start", "0.4")
+"""What goes wrong does so soon, so that drives may be short."""
+
+
 def command(*options):
     """What `rumo study faults` comes to."""
     return CliRunner(env={"COLUMNS": "120"}).invoke(app, ["study", "faults", *map(str, options)])
 
 
 def test_the_command_writes_all_it_promises(tmp_path, monkeypatch):
-    monkeypatch.setattr("rumo.studies.faults.FaultStudy", partial(FaultStudy, duration=3.4))
-    result = command("--controllers", "rti", "--output", tmp_path)
+    monkeypatch.setattr("rumo.studies.faults.FaultStudy", partial(FaultStudy, duration=0.8))
+    result = command("--controllers", "rti", *EARLY, "--output", tmp_path)
     assert result.exit_code == 0, result.output
     names = {"largest-error.png", "largest-error.pdf", "results.jsonl", "summary.json", "report.html"}
     assert {path.name for path in tmp_path.iterdir()} == names
     content = json.loads((tmp_path / "summary.json").read_text())
-    assert (content["study"], content["first_bad_sample"], content["bad_samples"]) == ("faults", 75, [5])
+    assert (content["study"], content["first_bad_sample"], content["bad_samples"]) == ("faults", 10, [5])
     assert content["gate"] == {"width": rumo.InnovationGate().width, "patience": rumo.InnovationGate().patience}
     assert list(content["controllers"]["rti"]) == list(FAULTS)
     for fault in FAULTS.values():
@@ -354,15 +358,16 @@ def test_the_command_writes_all_it_promises(tmp_path, monkeypatch):
     assert 'src="http' not in page
 
 
-SOME = ("--controllers", "rti", "--faults", "none,near", "--speeds", "8,11", "--samples", "1,5", "--seeds", "0-1")
+OF = ("--controllers", "rti", "--faults", "none,near", *EARLY)
+SOME = (*OF, "--speeds", "8,11", "--samples", "1,5", "--seeds", "0-1")
 
 
 @pytest.fixture
 def short(monkeypatch):
-    """Drives of less than four seconds; counts those that are driven in this process."""
+    """Drives of a second; counts those that are driven in this process."""
     driven = []
     run = rumo.studies.faults.FaultRun.run
-    monkeypatch.setattr("rumo.studies.faults.FaultStudy", partial(FaultStudy, duration=3.6))
+    monkeypatch.setattr("rumo.studies.faults.FaultStudy", partial(FaultStudy, duration=1.0))
     monkeypatch.setattr(
         rumo.studies.faults.FaultRun, "run", lambda self, **how: driven.append(self) or run(self, **how)
     )
@@ -390,7 +395,7 @@ def test_processes_drive_as_one_does(tmp_path, short):
 
 
 def test_an_interrupted_study_goes_on(tmp_path, short):
-    some = ("--controllers", "rti", "--faults", "none,near", "--seeds", "0-3", "--json", "--output", tmp_path)
+    some = (*OF, "--seeds", "0-3", "--json", "--output", tmp_path)
     whole = json.loads(command(*some).stdout)
     file = tmp_path / "results.jsonl"
     lines = file.read_bytes().splitlines(keepends=True)
