@@ -69,13 +69,23 @@ def test_has_no_variables(core_of):
     assert data == tables, "tables of functions are constant, but a loader fills in their addresses"
 
 
-@pytest.mark.parametrize("program", ["test_steps", "test_update", "soak"])
-def test_tailored_under_sanitizers(program, core_of, tailored_headers, tmp_path):
+@pytest.mark.parametrize(
+    ("program", "steps"),
+    [("test_steps", ""), ("test_update", ""), ("soak", 1_000), pytest.param("soak", 5_000, marks=pytest.mark.slow)],
+)
+def test_tailored_under_sanitizers(program, steps, core_of, tailored_headers, tmp_path):
     flags = *SANITIZERS, *tailored_flags(tailored_headers)
-    run_c(compile_test(compiler(), program, core_of("tailored"), tmp_path / program, *flags), 5000)
+    run_c(compile_test(compiler(), program, core_of("tailored"), tmp_path / program, *flags), steps)
 
 
-@pytest.mark.parametrize(("build", "steps"), [("fast", 30_000), ("sanitized", 5_000)])
+@pytest.mark.parametrize(
+    ("build", "steps"),
+    [
+        ("fast", 8_000),
+        ("sanitized", 2_000),
+        *(pytest.param(*more, marks=pytest.mark.slow) for more in (("fast", 30_000), ("sanitized", 5_000))),
+    ],
+)
 def test_random_steps(build, steps, core_of, headers, tmp_path):
     run_c(soak(build, core_of, headers, tmp_path), steps)
 

@@ -96,12 +96,22 @@ def reactor(faults=(), seed=0, noise=True):
 PLANTS = {"cart": cart, "reactor": reactor}
 
 
-@pytest.mark.parametrize("controller", ["rti", "ltv", "nlp"])
-@pytest.mark.parametrize("speed", [8.0, 11.0])
+POSITION = {
+    "drift": Drift(BAD, "p_y", 0.02),
+    "drift back": Drift(BAD, "p_y", -0.02),
+    "stuck": Frozen(BAD, ("p_y",)),
+}
+
+
 @pytest.mark.parametrize(
-    "fault",
-    [Drift(BAD, "p_y", 0.02), Drift(BAD, "p_y", -0.02), Frozen(BAD, ("p_y",))],
-    ids=["drift", "drift back", "stuck"],
+    ("controller", "speed", "fault"),
+    [
+        pytest.param(kind, v, fault, id=f"{name}-{v}-{kind}", marks=() if kind == "rti" or odd else pytest.mark.slow)
+        for i, kind in enumerate(("rti", "ltv", "nlp"))
+        for j, (name, fault) in enumerate(POSITION.items())
+        for k, v in enumerate((8.0, 11.0))
+        for odd in [(i + j + k) % 2]  # of other controllers any two together, all three in slow tests
+    ],
 )
 def test_a_second_is_enough_to_tell_of_a_position_that_drifts_or_stays(controller, speed, fault):
     path = SinePath(3.0, 60.0, speed, PAPER_CAR)

@@ -11,10 +11,25 @@ from rumo.studies import PaperStudy
 WILD = 50
 
 
-@pytest.mark.parametrize("controller", ["rti", "ltv"])
+READINGS = [
+    ("psi", 0.6),
+    ("psi", 1.0),
+    ("psi", 2.0 * np.pi),
+    ("p_y", 100.0),
+    ("p_y", 1e6),
+    ("v_x", -50.0),
+    ("omega", 1e3),
+]
+WILDEST = [("psi", 2.0 * np.pi), ("p_y", 1e6), ("omega", 1e3)]
+
+
 @pytest.mark.parametrize(
-    ("name", "value"),
-    [("psi", 0.6), ("psi", 1.0), ("psi", 2.0 * np.pi), ("p_y", 100.0), ("p_y", 1e6), ("v_x", -50.0), ("omega", 1e3)],
+    ("controller", "name", "value"),
+    [
+        pytest.param(controller, *reading, marks=() if controller == "rti" or reading in WILDEST else pytest.mark.slow)
+        for controller in ("rti", "ltv")
+        for reading in READINGS
+    ],
 )
 def test_the_car_is_back_on_its_path(controller, name, value):
     study = PaperStudy(duration=6.0, noise={}, estimator=None)

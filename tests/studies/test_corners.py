@@ -88,7 +88,7 @@ def test_it_drives_where_full_steps_lose_the_car_or_cost_many_times_as_much(swee
     assert plain["lost"] or plain["cost_over_nlp"] > 2.0
 
 
-@pytest.mark.parametrize("share", [0.85, 1.1])
+@pytest.mark.parametrize("share", [pytest.param(0.85, marks=pytest.mark.slow), 1.1])
 @pytest.mark.parametrize("sweep", ["hairpin", "chicane", "right_angle"])
 def test_corners_are_driven_as_by_the_nlp(sweep, share):
     compare(drive_of(sweep, share, duration=6.0), *parts_of(sweep))
