@@ -1,6 +1,7 @@
 """The monitor: tells of readings that drift or stay, and is silent in healthy drives."""
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -285,6 +286,13 @@ def push(controller, drift, again=lambda controller: None, samples=220, noise=0.
     return told
 
 
+@cache
+def pushed(backend, again=lambda controller: None):
+    """Symptoms of a drive whose position drifts from sample 200 on."""
+    controller = rumo.RealTimeIteration(double_integrator(), backend=backend, gate=InnovationGate())
+    return push(controller, (200, 0.01), again, samples=212)
+
+
 @pytest.mark.parametrize("backend", ["portable", "reference"])
 @pytest.mark.parametrize(
     "again",
@@ -292,10 +300,7 @@ def push(controller, drift, again=lambda controller: None, samples=220, noise=0.
     ids=["prepare", "update"],
 )
 def test_a_sample_that_is_prepared_again_is_compared_all_the_same(backend, again):
-    once, twice = (
-        push(rumo.RealTimeIteration(double_integrator(), backend=backend, gate=InnovationGate()), (200, 0.01), do)
-        for do in (lambda controller: None, again)
-    )
+    once, twice = pushed(backend), pushed(backend, again)
     assert once[0][:3] == (207, "position", "leaving")
     assert [symptom[:3] for symptom in twice] == [symptom[:3] for symptom in once]
     np.testing.assert_allclose([symptom[3] for symptom in twice], [symptom[3] for symptom in once], rtol=1e-6)

@@ -40,10 +40,12 @@ ALL_SCHEMES = ("swinging_cart", "cooled_reactor", "algebraic")
 @pytest.mark.parametrize(
     ("scheme", "name"),
     [
-        pytest.param(scheme(substeps=m), name, id=f"{m}-{key}-{name}")
-        for key, scheme in DISCRETIZATIONS.items()
-        for name in (*PROBLEMS, "algebraic")
-        for m in (1, 3)
+        pytest.param(
+            scheme(substeps=m), name, id=f"{m}-{key}-{name}", marks=() if (i + j + m // 2) % 2 else pytest.mark.slow
+        )
+        for i, (key, scheme) in enumerate(DISCRETIZATIONS.items())
+        for j, name in enumerate((*PROBLEMS, "algebraic"))
+        for m in (1, 3)  # any two together, all three in slow tests
         if (scheme.l_stable or name in ALL_SCHEMES) and not (scheme.explicit and name == "algebraic")
     ],
 )
