@@ -38,10 +38,26 @@ def limited(name, delay):
     return CONTROLLERS[name](problem)
 
 
+any_sequence = given(sequence=measurements, delay=st.integers(0, 3), reference=anything | plausible)
+
+
 @pytest.mark.parametrize("name", CONTROLLERS)
-@settings(max_examples=40, deadline=None)
-@given(sequence=measurements, delay=st.integers(0, 3), reference=anything | plausible)
+@settings(max_examples=15, deadline=None)
+@any_sequence
 def test_any_sequence_of_measurements(name, sequence, delay, reference):
+    survives(name, sequence, delay, reference)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CONTROLLERS)
+@settings(max_examples=100, deadline=None)
+@any_sequence
+def test_many_sequences_of_measurements(name, sequence, delay, reference):
+    survives(name, sequence, delay, reference)
+
+
+def survives(name, sequence, delay, reference):
+    """A controller goes through a sequence, with commands that are admissible, and good samples are solved after it."""
     controller = limited(name, delay)
     problem = controller.problem
     controller.reset()
