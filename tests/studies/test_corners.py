@@ -78,7 +78,9 @@ def test_ice_comes_in_the_bend_and_goes():
 HARD = [("right_angle", 0.85), ("bend_error", -4.0), ("bend_error", 8.0), ("ice", 1.0)]
 
 
-@pytest.mark.parametrize(("sweep", "value"), HARD)
+@pytest.mark.parametrize(
+    ("sweep", "value"), [*HARD[::2], *(pytest.param(*case, marks=pytest.mark.slow) for case in HARD[1::2])]
+)
 def test_it_drives_where_full_steps_lose_the_car_or_cost_many_times_as_much(sweep, value):
     study = LinearizationStudy(("rti", "plain", "nlp"), {sweep: (value,)}, duration=6.0)
     controllers = study.summary(study.run())["sweeps"][sweep]["controllers"]
