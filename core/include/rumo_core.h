@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 13
+#define RUMO_CORE_VERSION 14
 
 /* What the failure policy goes by; methods outside the core read these too. */
 #define RUMO_GATE_STAGES 15       /* over which the gate asks how far a state can go: over a long horizon, anywhere */
@@ -226,7 +226,7 @@ typedef struct rumo_api {
      * do (0 where that does not matter). */
     int (*guard_keep)(rumo_guard *, double straying);
     void (*guard_drop)(rumo_guard *);
-    /* A measurement (nx,) as it is to be used: angles next to what is predicted. */
+    /* A measurement (nx,) as it is to be used: old readings brought to now, angles next to what is predicted. */
     const double *(*guard_unwound)(rumo_guard *, const double *x);
     /* Whether a measurement and all that is wanted (count,) can be used: OPTIMAL, or why not. `reach` (nx,): how far all
      * inputs can move each state over the next stages, NULL where not known. */

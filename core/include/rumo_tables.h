@@ -163,6 +163,7 @@
     DOUBLES(turn, s->states, 1, RUMO_NOT_NEGATIVE)  /* that is no difference, of an angle; 0 of others */ \
     DOUBLES(noise, s->states, 1, RUMO_NOT_NEGATIVE) /* standard deviation; 0 where not known */           \
     DOUBLES(resolution, s->states, 1, RUMO_NOT_NEGATIVE)                                                  \
+    INTS(age, s->states, 1)                         /* samples since it was read; 0 .. horizon */         \
     DOUBLES(lead, s->states, 1, RUMO_FINITE)        /* error of the scheme's prediction, over h^2 x'' */      \
     DOUBLES(lowest, s->states, 1, RUMO_LOWER)       /* readings that there are */                         \
     DOUBLES(highest, s->states, 1, RUMO_UPPER)

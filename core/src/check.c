@@ -187,6 +187,10 @@ RARE static rumo_fault check_blocking(const rumo_blocking *held, const rumo_size
     return block == s->blocks - 1 ? no_fault : (rumo_fault){RUMO_OUT_OF_RANGE, "blocking", "block", s->horizon - 1};
 }
 
+RARE static rumo_fault check_ages(const rumo_sensors *sensors, const rumo_sizes *s) {
+    return check_words("sensors", "age", sensors->age, s->states, 1, (ranges){0, {s->horizon + 1, 0, 0}});
+}
+
 RARE static rumo_fault check_problem(const rumo_problem *p) {
     const rumo_sizes *s = &p->sizes;
     TRY(check_rumo_problem("", p, s));
@@ -215,6 +219,7 @@ RARE static rumo_fault check_problem(const rumo_problem *p) {
     TRY(check_composition(p));
     TRY(check_shift(&p->shift, p->inner_signals, s));
     TRY(check_blocking(&p->blocking, s));
+    TRY(check_ages(&p->sensors, s));
     TRY(check_words("", "output_states", p->output_states, s->outputs, 1, (ranges){-1, {s->states, 0, 0}}));
     return check_numbers(&p->numbers, p);
 }
@@ -222,6 +227,7 @@ RARE static rumo_fault check_problem(const rumo_problem *p) {
 RARE static rumo_fault check_guard_data(const rumo_guard_data *g) {
     TRY(check_rumo_guard_data("", g, &g->sizes));
     TRY(check_shift(&g->shift, g->inner_signals, &g->sizes));
+    TRY(check_ages(&g->sensors, &g->sizes));
     return check_bounds(&g->bounds, &g->sizes);
 }
 

@@ -35,7 +35,7 @@ RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) 
     ctl->broken = (rumo_conflict *)alloc(a, (size_t)(s.N * s.nc) * sizeof *ctl->broken);
     const rumo_guard_data guarded = {own->sizes,       own->shift,   own->inner_signals,
                                      own->inner_nodes, own->sensors, own->numbers.bounds};
-    lay_out_guard(a, &ctl->guard, &guarded);
+    lay_out_guard(a, &ctl->guard, &guarded, oldest_reading(&p->sensors, s.nx));
     ctl->guard.u = plan_u(ctl);
     ctl->guard.x = a->base ? plan_x(ctl) : NULL;
     ctl->guard.inner = ctl->inner;

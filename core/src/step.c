@@ -43,11 +43,32 @@ static void advance_guess(rumo_controller *ctl) {
     }
 }
 
+/* What the next readings of old ones depend on, without maps: the equations are solved for each. */
+RARE static void expect_old_readings(rumo_controller *ctl) {
+    rumo_guard *g = &ctl->guard;
+    double *before = ctl->near_reach, *without = ctl->step.dx, *after = without + ctl->s.ldx;
+    if (g->oldest == 0 || !begin_expecting(g)) return;
+    g->monitor.expects = 0; /* only of these */
+    zero(before, ctl->s.nx);
+    advance_interval(&ctl->stages.equations, 0, before, NULL, without);
+    for (int r = 0; r < ctl->s.nx; ++r) {
+        if (g->data.sensors.age[r] == 0) continue;
+        before[r] = 1.0;
+        advance_interval(&ctl->stages.equations, 0, before, NULL, after);
+        before[r] = 0.0;
+        expect_old_reading(g, r, after[r] - without[r]);
+    }
+}
+
 /* What the next readings depend on, as the last plan was linearised. Wide models have no maps to say so. */
 static void expect_readings(rumo_controller *ctl) {
     rumo_guard *g = &ctl->guard;
     const stage_maps *m = &ctl->stages;
-    if (is_wide(m) || !begin_expecting(g)) return;
+    if (is_wide(m)) {
+        expect_old_readings(ctl);
+        return;
+    }
+    if (!begin_expecting(g)) return;
     for (int r = 0; r < ctl->s.nx; ++r) {
         double own = 0.0, change = g->x[r] - g->next_x[r];
         for (int e = m->map.start[r]; e < m->end_of_A[r]; ++e) {
@@ -120,7 +141,7 @@ static int keep_reference(rumo_controller *ctl, const double *reference, const d
 static rumo_status attempt(rumo_controller *ctl, const double *measured, const double *given, rumo_plan *plan) {
     const dims *s = &ctl->s;
     double *x = unwound(&ctl->guard, measured);
-    const rumo_status finite = finite_sample(&ctl->guard, x, keep_reference(ctl, given, x));
+    const rumo_status finite = finite_sample(&ctl->guard, keep_reference(ctl, given, x));
     if (finite != RUMO_OPTIMAL) return finite;
     const double *reference = ctl->last_reference;
     const int near = is_near(&ctl->guard, x);

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rumo.checks import as_numbers, checked_items, non_negative_number
+from rumo.checks import as_numbers, checked_items, non_negative_number, whole_number
 from rumo.errors import ArgumentError
 from rumo.signals import Array, read_only
 from rumo.structure import Structure
@@ -33,12 +33,16 @@ class Measurement:
         Whether a full turn is no difference. Found in the model if not given: a state in rad is an angle if
         equations, constraints and tracked outputs stay as they are when it grows by 2 pi, but for a tracked output
         that is the state itself.
+    age : int
+        Samples since it was read when it comes, at most the horizon. An old reading is brought to now by how far the
+        plans have gone since; before there are so many, by those there are.
     """
 
     noise: float = 0.0
     resolution: float = 0.0
     range: tuple[float, float] = (-np.inf, np.inf)
     angle: bool | None = None
+    age: int = 0
 
     def __post_init__(self) -> None:
         for name in ("noise", "resolution"):
@@ -51,6 +55,7 @@ class Measurement:
         object.__setattr__(self, "range", (float(limits[0]), float(limits[1])))
         if self.angle is not None and not isinstance(self.angle, bool):  # pyright: ignore[reportUnnecessaryIsInstance]
             raise ArgumentError("Measurement.angle", repr(self.angle), "True, False, or None to find out")
+        whole_number(self.age, "Measurement.age", 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +70,8 @@ class SensorNumbers:
         0 where not known.
     lowest, highest : ndarray, shape (nx,)
         Readings that there are.
+    age : ndarray of int, shape (nx,)
+        Samples since they were read.
     output_states : ndarray of int, shape (ny,)
         The angle that a tracked output is, -1 for others.
     """
@@ -74,10 +81,11 @@ class SensorNumbers:
     resolution: Array
     lowest: Array
     highest: Array
+    age: np.ndarray
     output_states: np.ndarray
 
     @property
-    def arrays(self) -> dict[str, Array]:
+    def arrays(self) -> dict[str, np.ndarray]:
         """Those that have a number for each state, by name."""
         return {name: array for name, array in vars(self).items() if name != "output_states"}
 
@@ -86,8 +94,12 @@ def sensor_numbers(structure: Structure, measurements: Mapping[str, Measurement]
     """What a problem's `measurements`, checked here, say of each state of its model."""
     states = structure.model.states
     given = checked_items(measurements, "measurements", Measurement, "rumo.Measurement(noise=...)")
-    for name in given:
+    horizon = len(structure.shares)
+    for name, measurement in given.items():
         states.index(name, "measurements")
+        if measurement.age > horizon:
+            argument, cure = f"measurements[{name!r}].age", "What is older than all predictions says nothing of now."
+            raise ArgumentError(argument, str(measurement.age), f"at most the horizon of {horizon}", cure)
     each = [given.get(name, Measurement()) for name in states]
     found = _angles(structure, [states.index(name) for name in states if given.get(name, Measurement()).angle is None])
     angles = np.array([found[i] if m.angle is None else m.angle for i, m in enumerate(each)])
@@ -98,6 +110,7 @@ def sensor_numbers(structure: Structure, measurements: Mapping[str, Measurement]
         resolution=read_only([m.resolution for m in each]),
         lowest=read_only([m.range[0] for m in each]),
         highest=read_only([m.range[1] for m in each]),
+        age=np.array([m.age for m in each], dtype=np.int32),
         output_states=np.array([i if i >= 0 and angles[i] else -1 for i in places], dtype=np.int32),
     )
 

@@ -32,6 +32,7 @@ WRONG = {
     "elimination_store": (lambda a: changed(a, 1, 10**6), r"elimination_store\[1\] is out of range"),
     "elimination_sparse": (lambda a: changed(a, 1, 1), r"elimination_sparse\[1\] is out of range"),
     "shift_stages": (lambda a: changed(a, 2, 15), r"shift_stages\[2\] is out of range"),
+    "sensors_age": (lambda a: changed(a, 8, 16), r"sensors_age\[8\] is out of range"),
     "output_weights": (lambda a: changed(a, 4, -1.0), r"output_weights\[4\] is negative"),
     "move_weights": (lambda a: changed(a, 0, 0.0), r"move_weights\[0\] is not positive"),
     "input_lower": (lambda a: changed(a, 3, 1e9), r"input_lower\[3\] is above the upper limit"),

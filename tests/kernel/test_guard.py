@@ -228,3 +228,39 @@ def test_another_gate_between_two_samples():
 def test_what_cannot_be_raises(name, value, message):
     with pytest.raises(ValueError, match=message):
         guard(**{name: value})
+
+
+def test_old_readings_are_brought_to_now_by_the_plans_followed():
+    keeper = guard(sensors_age=np.array([2, 0]))
+    for slope, first in ((1.0, 0.0), (3.0, 1.0), (5.0, 4.0)):
+        x = first + slope * np.arange(N + 1)[:, None] * [1.0, 0.0]
+        keeper.follow(candidate([0.2] * N)._replace(x=x), Status.OPTIMAL)
+    # From 0 to 1, 4 and 9: two samples ago it was believed to be at 1.
+    assert keeper.unwound(np.array([1.5, 7.0])).tolist() == [9.5, 7.0]
+    assert keeper.unwound(np.array([1.5, 7.0])).tolist() == [9.5, 7.0], "asking changes nothing"
+    keeper.reset()
+    assert keeper.unwound(np.array([1.5, 7.0])).tolist() == [1.5, 7.0]
+
+
+def test_a_share_of_an_old_innovation_is_left_and_the_past_is_corrected_once():
+    def followed(times):
+        keeper = guard(sensors_age=np.array([2, 0]))
+        for _ in range(2):
+            keeper.follow(candidate([0.2] * N), Status.OPTIMAL)
+            keeper.expect(np.diag([0.5, 1.0]))
+        assert keeper.admit(np.array([0.4, 0.0]), NOTHING, REACH) is Status.OPTIMAL
+        assert keeper.taken.tolist() == [0.1, 0.0]
+        keeper.follow(candidate([0.2] * N)._replace(x=np.full((N + 1, NX), [0.1, 0.0])), Status.OPTIMAL)
+        for _ in range(times - 1):
+            keeper.take_back()
+            keeper.follow(candidate([0.2] * N)._replace(x=np.full((N + 1, NX), [0.1, 0.0])), Status.OPTIMAL)
+        # Believed now to have been at 0.4, 0.2 and 0.1, and to stay there: the next reading says nothing new.
+        return keeper.unwound(np.array([0.2, 0.0])).tolist()
+
+    assert followed(1) == followed(2) == pytest.approx([0.1, 0.0])
+
+
+def test_ages_are_within_the_horizon():
+    for age in (-1, N + 1):
+        with pytest.raises(ValueError, match=r"sensors_age\[0\] is out of range"):
+            guard(sensors_age=np.array([age, 0]))

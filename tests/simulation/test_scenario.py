@@ -363,7 +363,7 @@ def test_clocks_may_differ_by_rounding():
         ),
         (
             {"sensors": Sensors(late={"angle": 2}), "estimator": Butterworth()},
-            "got 2, expected the 0 samples that the est",
+            "got 2, expected the 0 samples that estimator and problem",
         ),
         ({"sensors": Sensors(late={"angle": 2})}, r"got 2, expected the 0 .*ExtendedKalman\(late={...}\) takes late"),
         (

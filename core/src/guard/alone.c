@@ -13,7 +13,7 @@
 static void lay_out_alone(arena *a, rumo_guard *g, const rumo_guard_data *data) {
     rumo_guard_data own;
     copy_rumo_guard_data(a, &own, data, &data->sizes);
-    lay_out_guard(a, g, &own);
+    lay_out_guard(a, g, &own, oldest_reading(&data->sensors, data->sizes.states));
     g->u = alloc_doubles(a, g->s.N * g->s.nu);
     g->x = alloc_doubles(a, (g->s.N + 1) * g->s.nx);
     g->inner = alloc_doubles(a, (ptrdiff_t)g->s.ni * g->s.lanes);
@@ -52,7 +52,7 @@ static rumo_fault update_guard(rumo_guard *g, const rumo_bounds *given) {
 
 static rumo_status admit(rumo_guard *g, const double *measured, const double *reference, int count, const double *reach) {
     double *x = unwound(g, measured);
-    const rumo_status status = finite_sample(g, x, all_finite(reference, count));
+    const rumo_status status = finite_sample(g, all_finite(reference, count));
     if (status != RUMO_OPTIMAL) return status;
     return plausible(g, x, reach) ? RUMO_OPTIMAL : RUMO_BAD_MEASUREMENT;
 }

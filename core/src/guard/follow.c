@@ -3,6 +3,7 @@
 #define RUMO_FOLLOW_C
 
 #include "base/admissible.h"
+#include "guard/age.c"
 #include "guard/guard.h"
 #include "guard/shift.c"
 
@@ -16,6 +17,7 @@ static rumo_status follow(rumo_guard *g, int solved, rumo_status cause) {
     rumo_status status = cause;
     copy(g->was_applied, g->applied, decided * nu);
     if (solved) {
+        correct_ways(g);
         g->inputs_left = N - d - 1;
     } else if (g->has_next && g->inputs_left > 0) {
         copy(u, g->next_u, N * nu);
@@ -38,6 +40,7 @@ static rumo_status follow(rumo_guard *g, int solved, rumo_status cause) {
     ++g->counts[g->followed = (int)status];
     g->has_next = status != RUMO_PLAN_EXHAUSTED;
     if (g->has_next) shift_plan(g);
+    follow_way(g);
     g->monitor.due = 1;
     for (int r = 0; g->has_next && r < nx; ++r) g->moved[r] = fabs(g->next_x[r] - x[r]);
     /* A guess from which the solver came to nothing is not kept: the next measurement gives a new one, at rest. If that
@@ -55,6 +58,7 @@ RARE static void take_back(rumo_guard *g) {
     if (g->followed < 0) return;
     --g->counts[g->followed];
     copy(g->applied, g->was_applied, decided_inputs(&g->s) * g->s.nu);
+    take_back_way(g);
     g->followed = -1;
 }
 

@@ -31,12 +31,13 @@
 #define SURPRISE_LEARNED 20
 
 /* Whether there is such a reading. */
-static inline int is_possible(const rumo_guard *g, const double *x, int r) {
-    return isfinite(x[r]) && x[r] >= g->data.sensors.lowest[r] && x[r] <= g->data.sensors.highest[r];
+static inline int is_possible(const rumo_guard *g, int r) {
+    const double x = g->read[r];
+    return isfinite(x) && x >= g->data.sensors.lowest[r] && x <= g->data.sensors.highest[r];
 }
 
-static inline int is_repeated(const rumo_guard *g, const double *x) {
-    return g->has_last && memcmp(x, g->last_x, (size_t)g->s.nx * sizeof *x) == 0;
+static inline int is_repeated(const rumo_guard *g) {
+    return g->has_last && memcmp(g->read, g->last_x, (size_t)g->s.nx * sizeof *g->read) == 0;
 }
 
 /* Up to where an innovation is no surprise, whatever the inputs can do: as those were that went before. */
@@ -72,7 +73,7 @@ static inline double widest(const rumo_guard *g, int r, double unit, int suspici
 /* Whether some reading is implausible. */
 static int is_suspicious(const rumo_guard *g, const double *x, const double *reach) {
     for (int r = 0; r < g->s.nx; ++r) {
-        if (!is_possible(g, x, r)) return 1;
+        if (!is_possible(g, r)) return 1;
         const double innovation = fabs(x[r] - g->next_x[r]);
         if (reach[r] > 0.0 && innovation > widest(g, r, reach[r] + span(g, r, gate_stages(&g->s)), 0)) return 1;
     }
@@ -82,9 +83,9 @@ static int is_suspicious(const rumo_guard *g, const double *x, const double *rea
 /* Whether a measurement is plausible however little the inputs can do: what they can then need not be known. */
 static int is_near(const rumo_guard *g, const double *x) {
     if (isinf(g->gate_width) || !g->has_next) return 1;
-    if (is_repeated(g, x)) return 0;
+    if (is_repeated(g)) return 0;
     for (int r = 0; r < g->s.nx; ++r) {
-        if (g->held[r] || !is_possible(g, x, r)) return 0;
+        if (g->held[r] || !is_possible(g, r)) return 0;
         if (fabs(x[r] - g->next_x[r]) > usual(g, r)) return 0;
     }
     return 1;
@@ -119,14 +120,14 @@ static void use_all(rumo_guard *g, const double *x) {
 }
 
 /* Take a sample over, for what is said of the next: the smallest step of each sensor among others. */
-static void remember(rumo_guard *g, const double *x) {
+static void remember(rumo_guard *g) {
     for (int r = 0; r < g->s.nx; ++r) {
-        const double step = g->has_last ? fabs(x[r] - g->last_x[r]) : 0.0;
+        const double step = g->has_last ? fabs(g->read[r] - g->last_x[r]) : 0.0;
         if (step > 0.0) {
             if (!(g->smallest[r] > 0.0 && g->smallest[r] <= step)) g->smallest[r] = step;
             g->stayed[r] = 0.0;
         }
-        g->last_x[r] = x[r];
+        g->last_x[r] = g->read[r];
     }
     g->has_last = 1;
     g->repeats = 0;
@@ -148,7 +149,7 @@ static int is_frozen(rumo_guard *g, const double *x, const double *reach) {
 
 /* Whether a state's reading is held back: it is far from the prediction, and has not been so for long. */
 static int is_held(rumo_guard *g, const double *x, int r, double limit, double agreement, int *believed) {
-    if (!is_possible(g, x, r)) return 1;
+    if (!is_possible(g, r)) return 1;
     if (fabs(x[r] - g->next_x[r]) <= limit) return g->held[r] = 0;
     const int agrees = g->held[r] > 0 && fabs(x[r] - g->suspect[r]) <= agreement;
     g->held[r] = agrees ? g->held[r] + 1 : 1;
@@ -174,17 +175,17 @@ static int plausible(rumo_guard *g, double *x, const double *reach) {
     g->surprised = 0;
     if (isinf(g->gate_width) || !g->has_next) {
         for (int r = 0; r < nx; ++r) g->held[r] = 0;
-        copy(g->last_x, x, nx);
+        copy(g->last_x, g->read, nx);
         g->has_last = 1;
         g->missing = 0;
         if (g->has_next) use_all(g, x);
         interrupt_monitor(&g->monitor, nx);
         return 1;
     }
-    find_stuck(g, x);
+    find_stuck(g, g->read);
     if (is_near(g, x) || !reach) {
         use_all(g, x);
-        if (!is_repeated(g, x)) remember(g, x);
+        if (!is_repeated(g)) remember(g);
         find_leaving(g, x);
         return 1;
     }
@@ -193,7 +194,7 @@ static int plausible(rumo_guard *g, double *x, const double *reach) {
     for (int r = 0; r < nx; ++r) {
         const double innovation = fabs(x[r] - g->next_x[r]), unit = reach[r] + span(g, r, gate_stages(&g->s));
         const double limit = widest(g, r, unit, suspicious), agreement = widest(g, r, unit, 0) + g->moved[r];
-        const int possible = is_possible(g, x, r), there = reach[r] > 0.0 || !possible;
+        const int possible = is_possible(g, r), there = reach[r] > 0.0 || !possible;
         missing |= !possible;
         g->out[r] = there && is_held(g, x, r, limit, agreement, &believed);
         judged += there;
@@ -209,27 +210,31 @@ static int plausible(rumo_guard *g, double *x, const double *reach) {
     g->missing = missing ? g->missing + 1 : 0;
     if (g->missing >= g->s.N - g->s.d) return 0;
     if (believed) g->has_guess = 0; /* what was predicted is wrong */
-    if (!is_repeated(g, x)) {
-        if (!bad) remember(g, x);
+    if (!is_repeated(g)) {
+        if (!bad) remember(g);
     } else if (is_frozen(g, x, reach)) {
         if (++g->repeats <= g->gate_patience) return 0;
         g->repeats = g->changes = 0;
         g->has_guess = 0;
     }
     for (int r = 0; r < nx; ++r) {
-        if (g->out[r]) x[r] = g->next_x[r];
-        else g->held[r] = 0;
+        if (g->out[r]) {
+            x[r] = g->next_x[r];
+            g->late[r] = 0.0;
+        } else {
+            g->held[r] = 0;
+        }
     }
     find_leaving(g, x);
     return 1;
 }
 
 /* Whether a sample is one that can be used, as far as its numbers say: OPTIMAL, or why not. */
-static rumo_status finite_sample(rumo_guard *g, const double *x, int reference_is_finite) {
+static rumo_status finite_sample(rumo_guard *g, int reference_is_finite) {
     int impossible = 0;
     if (g->symptoms) zero(g->health, 3 * g->s.nx);
     g->symptoms = 0;
-    for (int r = 0; r < g->s.nx; ++r) impossible += !is_possible(g, x, r);
+    for (int r = 0; r < g->s.nx; ++r) impossible += !is_possible(g, r);
     const int gated = g->has_next && !isinf(g->gate_width);
     if (impossible && (!gated || 2 * impossible >= g->s.nx)) return RUMO_BAD_MEASUREMENT;
     return reference_is_finite ? RUMO_OPTIMAL : RUMO_BAD_REFERENCE;

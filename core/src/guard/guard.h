@@ -46,8 +46,13 @@ struct rumo_guard {
     int blameless;                        /* a guess at rest has failed too: the shifted plan is not to blame */
     int settled, settles;                 /* whether the last guess satisfied the dynamics, and the one prepared does */
 
-    double *taken;                        /* (nx,): the measurement as it is used */
-    double *last_x;                       /* (nx,): the last plausible sample, */
+    double *taken;                        /* (nx,): the measurement as it is used, */
+    double *read;                         /* and as sensors gave it, but for full turns: the same array where none are old */
+    double *late;                         /* (nx,): innovations of old readings, at their time; 0 once they are used */
+    double *ways, *keeps;                 /* (oldest, nx): how far plans went until the sample after theirs, and the share of
+                                             a deviation that was left of it then; */
+    int oldest, known, latest;            /* room for so many, how many are known, and the row of the last; see age.c */
+    double *last_x;                       /* (nx,): the last plausible sample, as it was read, */
     int has_last, changes, repeats;       /* how many differed from the one before, up to GATE_CHANGES, or did not */
     double *smallest, *stayed;            /* (nx,): smallest difference of readings, and how far they should have moved */
     int learned;                          /* samples from which it is known what is usual, up to GATE_LEARNED */
@@ -64,10 +69,21 @@ struct rumo_guard {
     double *rows, *next_rows;             /* (N, ni): for callers of a guard by itself */
 };
 
-/* All but the plan. */
-static void lay_out_guard(arena *a, rumo_guard *g, const rumo_guard_data *data) {
+/* The age of the oldest readings, in samples. */
+RARE static int oldest_reading(const rumo_sensors *sensors, int nx) {
+    int oldest = 0;
+    for (int r = 0; r < nx; ++r) oldest = sensors->age[r] > oldest ? sensors->age[r] : oldest;
+    return oldest;
+}
+
+/* All but the plan, for readings up to so many samples old. */
+static void lay_out_guard(arena *a, rumo_guard *g, const rumo_guard_data *data, int oldest) {
     const dims s = g->s = dims_of(&data->sizes);
     g->data = *data;
+    g->oldest = oldest;
+    g->ways = alloc_doubles(a, (ptrdiff_t)oldest * s.nx);
+    g->keeps = alloc_doubles(a, (ptrdiff_t)oldest * s.nx);
+    g->late = alloc_doubles(a, s.nx);
     g->next_u = alloc_doubles(a, s.N * s.nu);
     g->next_x = alloc_doubles(a, (s.N + 1) * s.nx);
     g->next_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
@@ -76,6 +92,7 @@ static void lay_out_guard(arena *a, rumo_guard *g, const rumo_guard_data *data) 
     double **const of_states[] = {&g->taken,  &g->last_x, &g->smallest, &g->stayed,
                                   &g->median, &g->before, &g->moved,    &g->suspect};
     for (size_t i = 0; i < sizeof of_states / sizeof *of_states; ++i) *of_states[i] = alloc_doubles(a, s.nx);
+    g->read = oldest ? alloc_doubles(a, s.nx) : g->taken;
     monitor *m = &g->monitor;
     double **const watched[] = {&m->apart, &m->smooth, &m->kept,    &m->ahead, &m->square,
                                 &m->unit,  &m->way,    &m->went,    &m->reading, &m->usual,
@@ -114,10 +131,11 @@ RARE static void reset_guard(rumo_guard *g) {
     zero(g->health, 3 * g->s.nx);
     g->symptoms = 0;
     reset_monitor(&g->monitor, g->s.nx);
-    g->repeats = g->changes = g->has_last = g->learned = g->missing = g->surprised = 0;
+    g->repeats = g->changes = g->has_last = g->learned = g->missing = g->surprised = g->known = g->latest = 0;
     for (int r = 0; r < g->s.nx; ++r) {
         g->smallest[r] = g->stayed[r] = g->median[r] = g->before[r] = g->moved[r] = 0.0;
         g->held[r] = g->out[r] = 0;
+        g->late[r] = 0.0;
     }
     for (int k = 0; k < decided_inputs(&g->s); ++k) copy(g->applied + k * nu, g->data.bounds.safe_input, nu);
     memset(g->counts, 0, sizeof g->counts);

@@ -2,6 +2,7 @@
 #ifndef RUMO_TURNS_C
 #define RUMO_TURNS_C
 
+#include "guard/age.c"
 #include "guard/guard.h"
 
 /* Angles beyond so many turns have lost the digits that say where they point. */
@@ -15,10 +16,21 @@ static inline double next_to(double angle, double turn, double to) {
     return angle - turn * floor(apart / turn + 0.5);
 }
 
-/* The measurement with its angles next to what is predicted or, without a plan, to the last plausible sample. */
+/* The measurement with old readings brought to now, and with its angles next to what is predicted or, without a plan, to the
+ * last plausible sample. */
 static double *unwound(rumo_guard *g, const double *x) {
-    const double *to = g->has_next ? g->next_x : g->has_last ? g->last_x : x;
-    for (int r = 0; r < g->s.nx; ++r) g->taken[r] = next_to(x[r], g->data.sensors.turn[r], to[r]);
+    const double *to = g->has_next ? g->next_x : g->has_last ? g->last_x : x, *turn = g->data.sensors.turn;
+    const int nx = g->s.nx;
+    if (g->oldest == 0) {
+        for (int r = 0; r < nx; ++r) g->taken[r] = next_to(x[r], turn[r], to[r]);
+        return g->taken;
+    }
+    for (int r = 0; r < nx; ++r) {
+        const int is_late = ways_back(g, r) > 0; /* then there is a plan */
+        const double then = is_late ? believed(g, r) : to[r];
+        g->read[r] = next_to(x[r], turn[r], then);
+        g->taken[r] = is_late ? brought_to_now(g, r, then) : g->read[r];
+    }
     return g->taken;
 }
 

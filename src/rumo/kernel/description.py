@@ -167,7 +167,7 @@ def describe(
 
 def nothing_known(sizes: Mapping[str, int]) -> dict[str, Array]:
     """Members of `rumo_sensors` that say nothing."""
-    values = {"turn": 0.0, "noise": 0.0, "resolution": 0.0, "lead": 0.0, "lowest": -np.inf, "highest": np.inf}
+    values = {"turn": 0.0, "noise": 0.0, "resolution": 0.0, "age": 0, "lead": 0.0, "lowest": -np.inf, "highest": np.inf}
     return {f"sensors_{name}": np.full(sizes["states"], value) for name, value in values.items()}
 
 

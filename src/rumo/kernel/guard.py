@@ -159,7 +159,7 @@ class Guard:
         self._guard.expect(np.ascontiguousarray(A, dtype=float))
 
     def unwound(self, x: Array) -> Array:
-        """A measurement (nx,) with its angles next to what is predicted."""
+        """A measurement (nx,) with old readings brought to now, and angles next to what is predicted."""
         taken = np.empty(self._sizes["states"])
         self._guard.unwound(np.ascontiguousarray(x, dtype=float), taken)
         return taken

@@ -90,7 +90,9 @@ class ClosedLoop:
         self._x = plant.states.finite_vector(scenario.x, "x")
         for name in scenario.disturbances:
             plant.parameters.index(name, "disturbances")
-        _require_same_lateness(scenario.sensors.late, as_mapping(getattr(scenario.estimator, "late", {}), "late"))
+        estimated = as_mapping(getattr(scenario.estimator, "late", {}), "late")
+        ages = dict(zip(model.states, problem.sensors.age.tolist(), strict=True))
+        _require_same_lateness(scenario.sensors.late, estimated, ages)
         self.measured = scenario.sensors.signals(plant, model)
         for fault in scenario.faults:
             fault.check(self.measured, model.inputs)
@@ -249,15 +251,15 @@ def _step(controller: Controller, x: Array, preview: Preview, bad: Sequence[tupl
             return controller.step(x, preview.signals)
 
 
-def _require_same_lateness(sensors: Mapping[str, int], estimator: Mapping[str, int]) -> None:
-    """Raise if an estimator would take measurements for newer, or older, than they are."""
-    for name in {**sensors, **estimator}:
-        late, expected = sensors.get(name, 0), estimator.get(name, 0)
+def _require_same_lateness(sensors: Mapping[str, int], estimator: Mapping[str, int], ages: Mapping[str, int]) -> None:
+    """Raise if estimator and controller together would take measurements for newer, or older, than they are."""
+    for name in {**sensors, **estimator, **ages}:
+        late, expected = sensors.get(name, 0), estimator.get(name, 0) + ages.get(name, 0)
         if late != expected:
             raise ArgumentError(
                 f"sensors.late[{name!r}]",
                 str(late),
-                f"the {expected} samples that the estimator reckons with",
-                "ExtendedKalman(late={...}) takes late measurements for what they are; what it shall not know of is a "
-                "fault, LateMeasurement.",
+                f"the {expected} samples that estimator and problem reckon with",
+                "ExtendedKalman(late={...}) takes late measurements for what they are, or Problem(measurements={...}) "
+                "with rumo.Measurement(age=...); what neither shall know of is a fault, LateMeasurement.",
             )

@@ -186,6 +186,16 @@ class Method(ABC):
     def solve(self, x: Array, window: Mapping[str, Array], guess: Trajectory, applied: Array) -> Candidate | None:
         """Solve for a finite measurement x (nx,) and reference, by signal (N + 1,); None if nothing came of it."""
 
+    def dependence(self, plan: Trajectory) -> Array:
+        """How the state at the end of a plan's first interval depends on that at its beginning, A (nx, nx).
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            If the linearised equations are singular.
+        """
+        return self.transcription.sensitivity(plan.x[0], plan.u[0], plan.x[1], plan.inner[0])
+
     def reach(self) -> Array | None:
         """How far all inputs together can move each state over the gate's stages (nx,); None where not known."""
         return None

@@ -57,7 +57,8 @@ class Guarded:
         self._guess: Trajectory | None = None  # where the next step linearises or starts from
         self._wanted: Mapping[str, Array] | None = None  # the last reference
         self.begins: dict[str, float] = {}
-        self._followed: Followed | None = None  # the last plan, until the monitor has it
+        self._followed: Followed | None = None  # the last plan, until the monitor has it,
+        self._adopted = False  # and whether it was found elsewhere
         self._prepared, self._prepare_time = False, 0.0
         self._conflict: list[tuple[int, int, int]] = []  # hard constraints that the last solution exceeded
         self._problem = method.transcription.problem
@@ -144,6 +145,7 @@ class Guarded:
             self._guard.take_back()
             status, _ = self._guard.follow(trajectory.parts, status)
             self._followed, later = self._guard.plan, self._guard.next
+            self._adopted = True
             self._guess = None if later is None else Trajectory(*later)
             self._prepared = False
             return status
@@ -181,13 +183,13 @@ class Guarded:
             self._prepare_time = perf_counter() - start
 
     def _expect(self) -> None:
-        """What the next readings depend on: for the monitor, once a plan."""
+        """What the next readings depend on: for the monitor and for old readings, once a plan."""
         plan, self._followed = self._followed, None
-        if plan is not None and self._gated:
+        if plan is not None and (self._gated or self._problem.sensors.age.any()):
             with suppress(np.linalg.LinAlgError):
-                self._guard.expect(
-                    self.method.transcription.sensitivity(plan.x[0], plan.u[0], plan.x[1], plan.inner[0])
-                )
+                method, followed = self.method, Trajectory(*plan)
+                A = Method.dependence(method, followed) if self._adopted else method.dependence(followed)
+                self._guard.expect(A)
 
     def _keep(self, guess: Trajectory) -> bool:
         """Prepare at a guess; whether it gives numbers, and the guard keeps it."""
@@ -224,7 +226,7 @@ class Guarded:
             if candidate is None:
                 self.method.missed()
             status, cause = self._guard.follow(None if candidate is None else candidate.trajectory.parts, cause)
-            self._followed = self._guard.plan
+            self._followed, self._adopted = self._guard.plan, False
             later = self._guard.next if self._guard.has_guess else None
             self._guess = None if later is None else Trajectory(*later)
             self._prepared = False
@@ -233,8 +235,7 @@ class Guarded:
     def _attempt(self, x: Array, window: Mapping[str, Array]) -> tuple[Candidate | None, Status]:
         """What the method comes to, if the measurement can be used, and how far it got."""
         self._conflict = []
-        x = self._guard.unwound(x)
-        window = self._unwound(self._filled(window), x)
+        window = self._unwound(self._filled(window), self._guard.unwound(x))
         wanted = np.concatenate([window[name] for name in self.method.signals if name in window])
         if np.isfinite(wanted).all():
             self._wanted = window

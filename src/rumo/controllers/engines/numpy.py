@@ -97,6 +97,10 @@ class NumpyRti(Method):
         """See `Method.reach`."""
         return None if self._horizon is None else self._horizon.near_reach
 
+    def dependence(self, plan: Trajectory) -> Array:
+        """See `Method.dependence`: as linearised last."""
+        return super().dependence(plan) if self._horizon is None else self._horizon.A[0, : plan.x.shape[1]]
+
     def prepare(self, guess: Trajectory, applied: Array) -> float | None:
         """Linearise about the guess, eliminate its unknowns, assemble the QP."""
         if not self.linearize(guess, applied):
