@@ -55,7 +55,7 @@ static void start_guess(rumo_controller *ctl, const double *x) {
     guess_inner(m, x);
     ctl->still = 1;
     ctl->last_step = NAN;
-    ctl->prepared = ctl->stored = ctl->behind = m->balanced = 0;
+    ctl->prepared = ctl->stored = ctl->behind = 0;
     solver_of(&ctl->problem.sizes)->forget(&ctl->solving);
 }
 

@@ -56,7 +56,7 @@ static void configure(rumo_controller *ctl, const rumo_settings *settings) {
 
 RARE static void reset_controller(rumo_controller *ctl) {
     reset_guard(&ctl->guard);
-    ctl->prepared = ctl->stored = ctl->behind = ctl->stages.balanced = ctl->has_reference = 0;
+    ctl->prepared = ctl->stored = ctl->behind = ctl->has_reference = 0;
     solver_of(&ctl->problem.sizes)->forget(&ctl->solving);
     ctl->prepare_seconds = ctl->linearize_seconds = ctl->straying = 0.0;
     ctl->last_step = NAN;

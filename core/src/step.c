@@ -187,7 +187,7 @@ RARE static rumo_status adopt(rumo_controller *ctl, const double *u, const doubl
     inner_to_lanes(s, inner, ctl->inner);
     const rumo_status followed = follow(&ctl->guard, 1, status);
     set_guess(ctl, g->next_u, g->next_x, g->next_inner);
-    ctl->prepared = ctl->stored = ctl->still = ctl->behind = ctl->stages.balanced = 0;
+    ctl->prepared = ctl->stored = ctl->still = ctl->behind = 0;
     ctl->last_step = NAN;
     solver_of(&ctl->problem.sizes)->forget(&ctl->solving);
     return followed;

@@ -46,8 +46,8 @@ static int solve_dense(int n, int width, long double M[MAX_STATES][MAX_STATES],
     return 1;
 }
 
-/* Fill the terms of all lanes: states in units of very different size, some diagonal entries zero or tiny. */
-static void fill(const rumo_problem *p, int lanes, double spread, double *unit, double *terms) {
+/* Fill the terms of all lanes: states in units of very different size, one in so many diagonal entries zero or tiny. */
+static void fill(const rumo_problem *p, int lanes, double spread, int share, double *unit, double *terms) {
     const int nx = p->sizes.states;
     for (int r = 0; r < nx; ++r) unit[r] = spread > 1.0 ? fabs(of_any_size(1.0 / spread, spread)) : 1.0;
     for (int k = 0; k < lanes; ++k) {
@@ -55,7 +55,7 @@ static void fill(const rumo_problem *p, int lanes, double spread, double *unit, 
         for (int e = 0; e < p->M.count; ++e) {
             const int i = p->M.row[e], j = p->M.column[e];
             double value = uniform(-1.0, 1.0) + (below(2) ? 1.0 : -1.0);
-            if (i == j && below(4) == 0) value = below(2) ? 0.0 : 1e-9 * value;
+            if (i == j && below(share) == 0) value = below(2) ? 0.0 : 1e-9 * value;
             terms[(p->M.first + e) * lanes + k] = value * unit[i] / unit[j];
         }
         for (int e = 0; e < p->A0.count; ++e)
@@ -116,10 +116,10 @@ static int compare(const rumo_problem *p, int lanes, int k, const double *unit, 
 int main(void) {
     enum { LANES_ALL = 8, ROUNDS = 20 };
     static double terms[MAX_SLOTS * LANES_ALL], result[MAX_STATES * MAX_WIDTH * LANES_ALL],
-        straight[MAX_STATES * MAX_WIDTH * LANES_ALL], work[MAX_STATES * (2 * MAX_WIDTH + 3 * MAX_STATES) * LANES_ALL];
-    double unit[MAX_STATES], row_unit[MAX_STATES], lack[LANES_ALL];
+        straight[MAX_STATES * MAX_WIDTH * LANES_ALL], work[MAX_STATES * (3 * MAX_WIDTH + 4 * MAX_STATES) * LANES_ALL];
+    double unit[MAX_STATES], lack[LANES_ALL];
     static _Alignas(ALIGNMENT) unsigned char memory[1 << 14];
-    int block_of[MAX_STATES], singular = 0, compared = 0, in_order = 0, exchanged = 0, sparsely = 0, spoiled = 0;
+    int singular = 0, compared = 0, in_order = 0, exchanged = 0, sparsely = 0, spoiled = 0;
     for (int i = 0; i < PATTERNS; ++i) {
         const rumo_problem *p = patterns[i].problem;
         arena a = {memory, 0};
@@ -127,10 +127,9 @@ int main(void) {
         const int sparse = rumo_sum(p->elimination.sparse, p->elimination.blocks);
         if (a.used > sizeof memory || p->sizes.slots > MAX_SLOTS || p->sizes.states > MAX_STATES || p->sizes.inputs > MAX_INPUTS) abort();
         for (int round = 0; round < ROUNDS; ++round) {
-            fill(p, LANES_ALL, round % 2 ? 1e6 : 1.0, unit, terms);
-            balance(&p->elimination, &p->M, terms, LANES_ALL, p->sizes.states, block_of, row_unit, INFINITY);
-            const int exchanges = eliminate_chunk(&p->elimination, blocks, row_unit, terms, LANES_ALL, work, result);
-            const int written = patterns[i].straight(row_unit, PATIENCE, terms, straight, lack);
+            fill(p, LANES_ALL, round % 2 ? 1e6 : 1.0, round % 4 < 2 ? 4 : 100, unit, terms);
+            const int exchanges = eliminate_chunk(&p->elimination, blocks, terms, LANES_ALL, work, result);
+            const int written = patterns[i].straight(PATIENCE, terms, straight, lack);
             CHECK(written ? !sparse : p->sizes.states > 10, "pattern %d has %s code", i, written ? "some" : "no");
             int lacking = 0;
             for (int k = 0; k < LANES_ALL; ++k) {

@@ -230,7 +230,7 @@ def pattern_header(count=32, seed=1):
 #include "rumo_core.h"
 typedef struct pattern {
     const rumo_problem *problem;
-    int (*straight)(const double *, double, const double *restrict, double *restrict, double *restrict);
+    int (*straight)(double, const double *restrict, double *restrict, double *restrict);
 } pattern;
 """
     ]

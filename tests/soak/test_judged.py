@@ -5,7 +5,8 @@ import sys
 import pytest
 
 from rumo.kernel.tailored import CompilerError, compiler
-from soak.judged import STEPS, soak
+from soak.judged import STEPS, judged, soak
+from soak.watched import Watch
 
 
 def has_compiler():
@@ -26,3 +27,10 @@ def test_judged(steps, length):
     total, bad = soak(steps, seed=0, length=length)
     assert not bad
     assert total["proven"] > 2 * total["undecided"]
+
+
+@pytest.mark.parametrize("seed", [5478, 10739])
+def test_couplings_that_vanish_and_come_back(seed, tmp_path):
+    """Equations of states that were decoupled at first, by which pivots must not be chosen later on."""
+    _, bad = judged(Watch(tmp_path), seed)
+    assert not bad

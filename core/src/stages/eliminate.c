@@ -15,8 +15,11 @@
 #include "stages/sparse_factor.c"
 #include "stages/tape.c"
 
-/* A pivot is kept unless another entry of its column is so many times larger, as sparse solvers do. */
+/* A pivot is kept unless eliminating its column changes another pivot by more than so many times that one. That is the same in
+ * any units of equations and unknowns. */
 #define PATIENCE 8.0
+/* Rounds in which rows and columns are made equally large, one after the other. */
+#define SCALINGS 3
 
 /* Make the largest entry of a column the pivot, in each stage; rows are compared in the units that end them. */
 static inline void exchange_rows(double *restrict upper, double *restrict lower, int column, int length) {
@@ -33,24 +36,6 @@ static inline void exchange_rows(double *restrict upper, double *restrict lower,
         }
 }
 
-/* Whether some stage has an entry below the pivot of column p that is larger. */
-static inline int needs_exchange(const double *restrict work, int m, int row, int p) {
-    const int unit = row - LANES;
-    double excess[LANES];
-    for (int l = 0; l < LANES; ++l) excess[l] = 0.0;
-    for (int i = p + 1; i < m; ++i)
-        for (int l = 0; l < LANES; ++l) {
-            const double size = fabs(work[i * row + p * LANES + l]) * work[i * row + unit + l];
-            excess[l] = size > excess[l] ? size : excess[l];
-        }
-    double most = 0.0;
-    for (int l = 0; l < LANES; ++l) {
-        const double more = excess[l] - PATIENCE * fabs(work[p * row + p * LANES + l]) * work[p * row + unit + l];
-        most = more > most ? more : most;
-    }
-    return most > 0.0;
-}
-
 /* y -= a x, entry by entry and stage by stage. */
 static inline void subtract(double *restrict y, const double *restrict a, const double *restrict x, int count) {
     for (int e = 0; e < count; ++e)
@@ -60,28 +45,27 @@ static inline void subtract(double *restrict y, const double *restrict a, const 
 /* How pivots are taken in one block, and what else is not zero. */
 typedef struct block_order {
     int m, k;
-    const int *unknowns, *below, *across, *lower, *upper;
+    const int *below, *across, *lower, *upper;
 } block_order;
 
 /* Solve a block for its right-hand side, in eight stages at once: work (m, m + k + 1, LANES). 0 if a pivot is too small. */
-static OUTSIDE int solve_in_order(const block_order *o, const double *unit, double *work) {
+static OUTSIDE int solve_in_order(const block_order *o, double *work) {
     const int m = o->m, k = o->k, row = (m + k + 1) * LANES;
     const int *lower = o->lower, *upper = o->upper;
-    double lack[LANES] = {0.0};
+    double lack[LANES] = {0.0}, odd[LANES] = {0.0};
     for (int p = 0; p < m; ++p) {
         double *restrict pivot = work + p * row;
-        double excess[LANES] = {0.0}, inverse[LANES];
-        for (int i = 0; i < o->below[p]; ++i) {
-            const double *restrict other = work + lower[i] * row + p * LANES;
-            for (int l = 0; l < LANES; ++l) excess[l] = larger(excess[l], fabs(other[l]) * unit[o->unknowns[lower[i]]]);
-        }
-        const double enough = PATIENCE * unit[o->unknowns[p]];
-        for (int l = 0; l < LANES; ++l) lack[l] = larger(lack[l], excess[l] - enough * fabs(pivot[p * LANES + l]));
+        double inverse[LANES];
         for (int l = 0; l < LANES; ++l) inverse[l] = 1.0 / pivot[p * LANES + l];
+        for (int l = 0; l < LANES; ++l) odd[l] += 0.0 * inverse[l];
         for (int e = 0; e < o->across[p]; ++e)
             for (int l = 0; l < LANES; ++l) pivot[upper[e] * LANES + l] *= inverse[l];
         for (int i = 0; i < o->below[p]; ++i) {
-            double *restrict other = work + lower[i] * row;
+            const int r = lower[i];
+            double *restrict other = work + r * row;
+            for (int l = 0; l < LANES; ++l)
+                lack[l] = larger(lack[l], fabs(other[p * LANES + l] * pivot[r * LANES + l]) -
+                                              PATIENCE * fabs(other[r * LANES + l]));
             for (int e = 0; e < o->across[p]; ++e)
                 subtract(other + upper[e] * LANES, other + p * LANES, pivot + upper[e] * LANES, 1);
         }
@@ -93,16 +77,41 @@ static OUTSIDE int solve_in_order(const block_order *o, const double *unit, doub
         for (int e = 0; e < o->across[p] && upper[e] < m; ++e)
             subtract(work + p * row + m * LANES, work + p * row + upper[e] * LANES, work + upper[e] * row + m * LANES, k);
     }
-    return largest_size(lack, LANES) == 0.0;
+    double sum = largest_size(lack, LANES);
+    for (int l = 0; l < LANES; ++l) sum += odd[l];
+    return sum == 0.0;
+}
+
+/* Units at the ends of rows in which these are equally large, and columns as well: of those, column (m, LANES). They are found
+ * from the numbers of each stage, so that pivots do not depend on users' units or on what was before. Source: Ruiz (2001). */
+static void find_row_units(double *restrict work, int m, int row, double *restrict column) {
+    const int unit = row - LANES;
+    for (int e = 0; e < m * LANES; ++e) column[e] = 1.0;
+    for (int round = 0; round < SCALINGS; ++round) {
+        for (int i = 0; i < m; ++i) {
+            double largest[LANES] = {0.0};
+            for (int j = 0; j < m; ++j)
+                for (int l = 0; l < LANES; ++l)
+                    largest[l] = larger(largest[l], fabs(work[i * row + j * LANES + l]) * column[j * LANES + l]);
+            for (int l = 0; l < LANES; ++l) work[i * row + unit + l] = largest[l] > 0.0 ? 1.0 / largest[l] : 1.0;
+        }
+        for (int j = 0; j < m; ++j) {
+            double largest[LANES] = {0.0};
+            for (int i = 0; i < m; ++i)
+                for (int l = 0; l < LANES; ++l)
+                    largest[l] = larger(largest[l], fabs(work[i * row + j * LANES + l]) * work[i * row + unit + l]);
+            for (int l = 0; l < LANES; ++l) column[j * LANES + l] = largest[l] > 0.0 ? 1.0 / largest[l] : 1.0;
+        }
+    }
 }
 
 /* The same with row pivoting. */
-static OUTSIDE void solve_with_exchanges(double *work, int m, int k) {
+static OUTSIDE void eliminate_with_exchanges(double *work, int m, int k, double *column) {
     const int columns = m + k, row = (columns + 1) * LANES;
+    find_row_units(work, m, row, column);
     for (int p = 0; p < m; ++p) {
         double *restrict pivot = work + p * row;
-        if (needs_exchange(work, m, row, p))
-            for (int i = p + 1; i < m; ++i) exchange_rows(pivot, work + i * row, p, columns + 1);
+        for (int i = p + 1; i < m; ++i) exchange_rows(pivot, work + i * row, p, columns + 1);
         double inverse[LANES];
         for (int l = 0; l < LANES; ++l) inverse[l] = 1.0 / pivot[p * LANES + l];
         for (int e = p + 1; e < columns; ++e)
@@ -116,13 +125,48 @@ static OUTSIDE void solve_with_exchanges(double *work, int m, int k) {
             subtract(work + i * row + m * LANES, work + i * row + p * LANES, work + p * row + m * LANES, k);
 }
 
+/* Row pivoting and one refinement, after which the result is that of a matrix each entry of which is off by rounding only, be
+ * they of what sizes they may: work (2, m, m + k + 1, LANES), and m more. Source: Skeel (1980). */
+static OUTSIDE void solve_with_exchanges(double *work, int m, int k) {
+    const int row = (m + k + 1) * LANES;
+    double *const left = work + m * row, *const column = left + m * row;
+    copy(left, work, m * row);
+    eliminate_with_exchanges(work, m, k, column);
+    for (int i = 0; i < m; ++i)
+        for (int j = 0; j < m; ++j)
+            subtract(left + i * row + m * LANES, left + i * row + j * LANES, work + j * row + m * LANES, k);
+    eliminate_with_exchanges(left, m, k, column);
+    for (int i = 0; i < m; ++i)
+        for (int e = m * LANES; e < row - LANES; ++e) work[i * row + e] += left[i * row + e];
+}
+
+/* Units in which the rows and columns of a sparse block are equally large, as above, in the largest of eight stages. */
+static void find_block_units(const block_pattern *b, const double *entries, double *row, double *column) {
+    const int m = b->size;
+    for (int i = 0; i < m; ++i) column[i] = 1.0;
+    for (int round = 0; round < 2 * SCALINGS; ++round) {
+        const int of_rows = round % 2 == 0;
+        double *const own = of_rows ? row : column, *const given = of_rows ? column : row;
+        const double *below = entries + m * LANES, *across = below + b->fill * LANES;
+        const int *later = b->later;
+        for (int i = 0; i < m; ++i) own[i] = largest_size(entries + i * LANES, LANES) * given[i];
+        for (int p = 0; p < m; ++p)
+            for (int i = 0; i < b->below[p]; ++i, ++later, below += LANES, across += LANES) {
+                own[*later] = larger(own[*later], largest_size(of_rows ? below : across, LANES) * given[p]);
+                own[p] = larger(own[p], largest_size(of_rows ? across : below, LANES) * given[*later]);
+            }
+        for (int i = 0; i < m; ++i) own[i] = own[i] > 0.0 ? 1.0 / own[i] : 1.0;
+    }
+}
+
 /* The same of a sparse block: right (m, k, LANES), the entries of the block, and as much room as a dense one needs. If a pivot
  * does not hold in some stage, all eight are solved as a dense block, and 0 is returned. */
-static OUTSIDE int solve_sparse_block(const block_pattern *b, const double *unit, double *right, int k) {
+static OUTSIDE int solve_sparse_block(const block_pattern *b, double *right, int k) {
     const int m = b->size, row = (m + k + 1) * LANES;
     double *const entries = right + m * k * LANES, *const kept = entries + entries_of(b) * LANES;
-    double *const square = kept + entries_of(b) * LANES;
+    double *const square = kept + entries_of(b) * LANES, *const unit = square;
     copy(kept, entries, entries_of(b) * LANES);
+    find_block_units(b, entries, unit, unit + m);
     if (factor_block(b, unit, entries)) {
         solve_factored(b, entries, LANES, right, k * LANES);
         return 1;
@@ -137,7 +181,6 @@ static OUTSIDE int solve_sparse_block(const block_pattern *b, const double *unit
             copy(square + p * row + *later * LANES, across, LANES);
         }
         copy(square + p * row + m * LANES, right + p * k * LANES, k * LANES);
-        for (int l = 0; l < LANES; ++l) square[p * row + (m + k) * LANES + l] = unit[b->equation[p]];
     }
     solve_with_exchanges(square, m, k);
     for (int p = 0; p < m; ++p) copy(right + p * k * LANES, square + p * row + m * LANES, k * LANES);
@@ -159,10 +202,10 @@ static void load_block(const rumo_elimination *order, int b, const int *load, co
 }
 
 /* Eight stages, from terms to result; how many blocks needed exchanges. */
-static int eliminate_chunk(const rumo_elimination *order, const block_pattern *patterns, const double *unit,
-                           const double *restrict terms, int lanes, double *restrict work, double *restrict result) {
+static int eliminate_chunk(const rumo_elimination *order, const block_pattern *patterns, const double *restrict terms,
+                           int lanes, double *restrict work, double *restrict result) {
     const int *load = order->load, *update = order->update, *store = order->store;
-    block_order o = {0, 0, order->unknowns, order->below, order->across, order->lower, order->upper};
+    block_order o = {0, 0, order->below, order->across, order->lower, order->upper};
     int exchanged = 0;
     for (int b = 0; b < order->blocks; ++b) {
         o.m = order->size[b];
@@ -171,11 +214,9 @@ static int eliminate_chunk(const rumo_elimination *order, const block_pattern *p
         const int places = sparsely ? o.m * o.k + entries_of(patterns + b) : o.m * (o.m + o.k + 1);
         load_block(order, b, load, update, terms, result, lanes, places, work);
         if (sparsely) {
-            exchanged += !solve_sparse_block(patterns + b, unit, work, o.k);
-        } else if (!solve_in_order(&o, unit, work)) {
+            exchanged += !solve_sparse_block(patterns + b, work, o.k);
+        } else if (!solve_in_order(&o, work)) {
             load_block(order, b, load, update, terms, result, lanes, places, work);
-            for (int i = 0; i < o.m; ++i)
-                for (int l = 0; l < LANES; ++l) work[((i + 1) * (o.m + o.k + 1) - 1) * LANES + l] = unit[o.unknowns[i]];
             solve_with_exchanges(work, o.m, o.k);
             ++exchanged;
         }
@@ -187,7 +228,6 @@ static int eliminate_chunk(const rumo_elimination *order, const block_pattern *p
             o.lower += *o.below++;
             o.upper += *o.across++;
         }
-        o.unknowns += o.m;
     }
     return exchanged;
 }
@@ -195,14 +235,13 @@ static int eliminate_chunk(const rumo_elimination *order, const block_pattern *p
 /* terms (slots, lanes) to result (entries, lanes): `lack` (lanes,) is more than 0 or NaN where a pivot was too small, or the
  * result is not finite. 0 if nothing was done. A tailored build has it as C code, if there is not too much of it. */
 #ifndef RUMO_TAILORED
-#define eliminate_in_order(unit, patience, terms, result, lack) 0
+#define eliminate_in_order(patience, terms, result, lack) 0
 #endif
 
 /* terms (slots, lanes) to result (entries, lanes); 0 where that is not finite, or if the clock comes to `end`. */
-static int eliminate(const rumo_elimination *order, const block_pattern *patterns, const double *unit,
-                     const double *restrict terms, int lanes, double *restrict lack, double *restrict work,
-                     double *restrict result, double end) {
-    const int tried = eliminate_in_order(unit, PATIENCE, terms, result, lack);
+static int eliminate(const rumo_elimination *order, const block_pattern *patterns, const double *restrict terms, int lanes,
+                     double *restrict lack, double *restrict work, double *restrict result, double end) {
+    const int tried = eliminate_in_order(PATIENCE, terms, result, lack);
     int complete = tried;
     for (int first = 0; first < lanes; first += LANES) {
         int fine = tried;
@@ -210,40 +249,9 @@ static int eliminate(const rumo_elimination *order, const block_pattern *pattern
         if (fine) continue;
         if (is_over(end)) return 0;
         complete = 0;
-        eliminate_chunk(order, patterns, unit, terms + first, lanes, work, result + first);
+        eliminate_chunk(order, patterns, terms + first, lanes, work, result + first);
     }
     return complete || all_finite(result, order->entries * lanes);
-}
-
-/* Units in which the rows of each block compare: powers of two that balance |M| over all stages, so that pivots
- * do not depend on the units of the unknowns; 0 if the clock comes to `end` before. Source: Osborne (1960). */
-RARE static int balance(const rumo_elimination *order, const rumo_pattern *M, const double *terms, int lanes, int unknowns,
-                        int *block_of, double *unit, double end) {
-    const int *member = order->unknowns;
-    for (int b = 0; b < order->blocks; ++b)
-        for (int i = 0; i < order->size[b]; ++i) block_of[*member++] = b;
-    for (int r = 0; r < unknowns; ++r) unit[r] = 1.0;
-    for (int sweep = 0; sweep < 4; ++sweep)
-        for (int r = 0; r < unknowns; ++r) {
-            if (is_over(end)) return 0;
-            double in_row = 0.0, in_column = 0.0;
-            for (int e = 0; e < M->count; ++e) {
-                const int i = M->row[e], j = M->column[e];
-                if (i == j || block_of[i] != block_of[j] || (i != r && j != r)) continue;
-                double largest = 0.0;
-                for (int k = 0; k < lanes; ++k) largest = fmax(largest, fabs(terms[(ptrdiff_t)(M->first + e) * lanes + k]));
-                /* M_ij has the unit of row i over that of unknown j. */
-                largest *= unit[i] / unit[j];
-                if (i == r) in_row = fmax(in_row, largest);
-                else in_column = fmax(in_column, largest);
-            }
-            if (in_row > 0.0 && in_column > 0.0 && isfinite(in_row) && isfinite(in_column)) {
-                int exponent;
-                (void)frexp(sqrt(in_column / in_row), &exponent);
-                unit[r] = ldexp(unit[r], exponent);
-            }
-        }
-    return 1;
 }
 
 #endif

@@ -24,7 +24,7 @@ typedef struct equations {
     int count;                /* and how many numbers there are */
     double *numbers;          /* (N, m, count) */
     int *steady;              /* (N, m): whether all pivots hold */
-    double *row_unit, *unit;  /* (nw,): in which equations, and unknowns by pivots, are of one size */
+    double *row_unit, *unit;  /* (nw,): in which equations and unknowns, by pivots, are of one size */
     double *lanes;            /* (count, LANES): numbers of eight stages */
     double *local, *kept, *residual; /* (nw, LANES) */
     double *dw;               /* (nw,) */
@@ -124,9 +124,9 @@ static void find_units(const equations *q, const double *M) {
         double *const own = of_rows ? q->row_unit : q->unit, *const largest = q->kept;
         zero(largest, f->unknowns);
         for (int e = 0; e < f->outer + f->inner; ++e) {
-            const int equation = f->equation[f->nonzero[3 * e + 1]], column = f->nonzero[3 * e + 2];
-            const double size = fabs(M[e * LANES]) * (of_rows ? q->unit[column] : q->row_unit[equation]);
-            double *const place = largest + (of_rows ? equation : column);
+            const int row = f->nonzero[3 * e + 1], column = f->nonzero[3 * e + 2];
+            const double size = fabs(M[e * LANES]) * (of_rows ? q->unit[column] : q->row_unit[row]);
+            double *const place = largest + (of_rows ? row : column);
             *place = size > *place ? size : *place;
         }
         for (int i = 0; i < f->unknowns; ++i) own[i] = largest[i] > 0.0 ? 1.0 / largest[i] : 1.0;
@@ -139,7 +139,7 @@ RARE static int is_refined(const equations *q, const double *numbers) {
     double worst = 0.0;
     for (int transposed = 0; transposed < 2; ++transposed) {
         double *const unit = q->dw;
-        for (int i = 0; i < nw; ++i) unit[i] = transposed ? q->row_unit[q->problem->factor.equation[i]] : q->unit[i];
+        for (int i = 0; i < nw; ++i) unit[i] = transposed ? q->row_unit[i] : q->unit[i];
         zero(q->local, nw);
         subtract_image(q, numbers, unit, q->local, 1, transposed);
         solve_equations(q, numbers, 0, 1, transposed);
@@ -170,7 +170,7 @@ static OUTSIDE int factor_equations(equations *q, const double *terms, int subst
         if (first == 0) find_units(q, M);
         int steady = 1;
         for (int b = 0; b < f->blocks; ++b)
-            steady &= factor_block(q->blocks + b, q->row_unit, q->lanes + q->blocks[b].entry * LANES);
+            steady &= factor_block(q->blocks + b, q->row_unit + q->blocks[b].first, q->lanes + q->blocks[b].entry * LANES);
         for (int l = 0; l < LANES && first + l < s.N; ++l) {
             const int stage = (first + l) * s.m + substep;
             double *const numbers = q->numbers + (ptrdiff_t)stage * q->count;

@@ -66,9 +66,7 @@ APART static int linearise(stage_maps *m, const double *last, double end) {
             if (!factor_equations(&m->equations, m->terms, j, m->correction, end)) return 0;
             continue;
         }
-        if (!m->balanced)
-            m->balanced = balance(&p->elimination, &p->M, m->terms, s.lanes, s.nw, m->block_of, m->unit, end);
-        if (!eliminate(&p->elimination, m->patterns, m->unit, m->terms, s.lanes, m->lack, m->work, result, end)) return 0;
+        if (!eliminate(&p->elimination, m->patterns, m->terms, s.lanes, m->lack, m->work, result, end)) return 0;
         if (s.m == 1) break;
         if (j == 0) {
             start_composition(&p->composition, result, s.lanes, m->maps);

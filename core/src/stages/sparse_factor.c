@@ -23,7 +23,6 @@
 typedef struct block_pattern {
     int size, fill;              /* pivots, and entries below them */
     int first, entry, outside;   /* pivot, entry, and nonzero outside of blocks, with which the block begins */
-    const int *equation;         /* of each pivot */
     const int *below, *later;    /* how many entries are below each pivot, and in which rows, */
     const int *target;           /* and where those rows and columns meet */
 } block_pattern;
@@ -32,7 +31,7 @@ typedef struct block_pattern {
 RARE static block_pattern *patterns_of(arena *a, const rumo_factor *own, const rumo_factor *f) {
     block_pattern *patterns = (block_pattern *)alloc(a, (size_t)(f->blocks + 1) * sizeof *patterns);
     if (!patterns) return NULL;
-    block_pattern next = {0, 0, 0, 0, 0, own->equation, own->below, own->later, own->target};
+    block_pattern next = {0, 0, 0, 0, 0, own->below, own->later, own->target};
     for (int b = 0; b < f->blocks; ++b) {
         next.size = f->size[b];
         next.fill = rumo_sum(next.below, next.size);
@@ -40,7 +39,6 @@ RARE static block_pattern *patterns_of(arena *a, const rumo_factor *own, const r
         next.target += rumo_sum_of_squares(next.below, next.size);
         next.later += next.fill;
         next.below += next.size;
-        next.equation += next.size;
         next.first += next.size;
         next.entry += next.size + 2 * next.fill;
         while (next.outside < f->outer && own->nonzero[3 * next.outside + 1] < next.first) ++next.outside;
@@ -73,7 +71,7 @@ static WITHIN void multiply(double *restrict y, const double *restrict a, const 
         for (int l = 0; l < LANES; ++l) y[e + l] *= a[each == 1 ? 0 : l];
 }
 
-/* Entries (entries, LANES) become those of the factors, with inverse pivots. In units of their equations, rows compare.
+/* Entries (entries, LANES) become those of the factors, with inverse pivots. Rows compare in units (size,) of their own.
  * Returns whether all pivots hold, in all lanes. */
 static OUTSIDE int factor_block(const block_pattern *b, const double *unit, double *entries) {
     const int *later = b->later, *target = b->target;
@@ -83,7 +81,7 @@ static OUTSIDE int factor_block(const block_pattern *b, const double *unit, doub
         const int count = b->below[p];
         double largest[LANES] = {0.0}, excess[LANES], inverse[LANES];
         for (int i = 0; i < count; ++i) {
-            const double ratio = unit[b->equation[later[i]]] / unit[b->equation[p]];
+            const double ratio = unit[later[i]] / unit[p];
             for (int l = 0; l < LANES; ++l) {
                 const double size = fabs(lower[i * LANES + l]) * ratio;
                 largest[l] = size > largest[l] ? size : largest[l];

@@ -37,8 +37,6 @@ typedef struct stage_maps {
     double *on_the_way;           /* (nx, lanes): state that an explicit scheme has come to */
     double *zeros, *lack;         /* (lanes,) */
     double *known_lanes;          /* (nx + nu + 1, lanes): dx, du and 1, see expand_inner() */
-    double *unit;                 /* (nw,): in which pivots compare */
-    int balanced, *block_of;
     const block_pattern *patterns; /* of sparse factors */
 
     equations equations;           /* of wide models, in place of results and maps, */
@@ -82,13 +80,11 @@ RARE static void lay_out_stages(arena *a, stage_maps *m, const rumo_problem *own
     m->known_lanes = alloc_doubles(a, s.ni ? s.width * s.lanes : 0);
     int largest = 0;
     for (int b = 0; b < e->blocks; ++b) {
-        const int dense = e->size[b] * (e->size[b] + e->width[b] + 1);
+        const int dense = e->size[b] * (2 * (e->size[b] + e->width[b] + 1) + 1);
         const int size = dense + (e->sparse[b] ? e->size[b] * (e->width[b] + 2 * e->size[b]) : 0);
         largest = size > largest ? size : largest;
     }
     m->work = alloc_doubles(a, largest * LANES);
-    m->unit = alloc_doubles(a, s.nw);
-    m->block_of = alloc_ints(a, s.nw);
     m->patterns = patterns_of(a, &own->factor, &p->factor);
     if (RUMO_WIDE && e->blocks == 0) {
         lay_out_equations(a, &m->equations, m->patterns, own, p);

@@ -22,7 +22,6 @@ def elimination_source(tables: Mapping[str, Any], name: str, horizon: int) -> st
         Number N of stages.
     """
     arguments = [
-        "const double *restrict unit",
         "double patience",
         "const double *restrict terms",
         "double *restrict result",
@@ -32,9 +31,8 @@ def elimination_source(tables: Mapping[str, Any], name: str, horizon: int) -> st
     if not in_order or _products(tables) > LIMIT:
         return _function(name, arguments, [], horizon)
     statements = [
-        "double most = 0.0, worst = 0.0, odd0 = 0.0, odd1 = 0.0, odd2 = 0.0, odd3 = 0.0;",
+        "double worst = 0.0, odd0 = 0.0, odd1 = 0.0, odd2 = 0.0, odd3 = 0.0;",
         *_Writer(tables).statements(),
-        "(void)most;",
         "lack[k] = worst + ((odd0 + odd1) + (odd2 + odd3));",
     ]
     return _function(name, arguments, statements, horizon)
@@ -125,23 +123,19 @@ class _Writer:
         for slot, entry, place in self._next("update", updates):
             yield add(divmod(place, m + k + 1), "-", f"terms[{slot} * LANES_ALL + k] * {self._entry[entry]}")
 
-        unknowns, below, across = (
-            self._tables[name][start : start + m].tolist() for name in ("unknowns", "below", "across")
-        )
+        below, across = (self._tables[name][start : start + m].tolist() for name in ("below", "across"))
         right: list[list[int]] = []
         for p in range(m):
             lower = self._next("lower", below[p])
             right.append(self._next("upper", across[p]))
-            for n, i in enumerate(lower):
-                size = f"fabs({known[i, p]}) * unit[{unknowns[i]}]"
-                yield f"most = larger(most, {size});" if n else f"most = {size};"
-            if lower:
-                yield f"worst = larger(worst, most - patience * unit[{unknowns[p]}] * fabs({known[p, p]}));"
             if right[p]:
                 yield f"const double i{b}_{p} = 1.0 / {known[p, p]};"
             for j in right[p]:
                 yield f"{known[p, j]} *= i{b}_{p};"
             for i in lower:
+                if (p, i) in known:
+                    change, pivot = f"fabs({known[i, p]} * {known[p, i]})", known.get((i, i), "0.0")
+                    yield f"worst = larger(worst, {change} - patience * fabs({pivot}));"
                 for j in right[p]:
                     yield add((i, j), "-", f"{known[i, p]} * {known[p, j]}")
         for p in reversed(range(m)):
