@@ -12,7 +12,7 @@ import numpy as np
 
 import rumo
 from soak.drawn import chance, draw
-from soak.driven import counts, drive, some_changes
+from soak.driven import CHANGES, counts, drive, some_changes
 from soak.judge import Judge
 from soak.watched import Watch
 
@@ -27,7 +27,8 @@ def judged(watch: Watch, seed: int, length: int = STEPS) -> tuple[Counter, list[
     rng = np.random.default_rng(seed)
     drawn = draw(rng)
     hurried = chance(rng, HURRIED)
-    controller = watch.controller(drawn.problem, drawn.scheme, qp=rumo.QpOptions(solver=drawn.solver))
+    qp = rumo.QpOptions(solver=drawn.solver, max_iterations=CHANGES)
+    controller = watch.controller(drawn.problem, drawn.scheme, qp=qp)
     judge = Judge(controller.transcription)
     found, bad = Counter(), []
     for number in range(DRIVES):

@@ -166,7 +166,7 @@ class Solutions(Told):
         Y, J = self.Y[chosen].reshape(T, -1, n), self.J[chosen].reshape(T, -1, n)
         steps, longest = self.steps[chosen], self.longest[chosen, 0]
 
-        values = np.stack([p.blocks.values(u) for u in self.u[chosen][:, d:]]) if T else None
+        values = p.blocks.values(np.eye(N - d)) @ self.u[chosen][:, d:]
         first = np.concatenate([self.decided[chosen, -1:], values], axis=1)
         unheld = self.u[chosen][:, d:] - p.blocks.matrix @ first
         self.verdict.blame(
