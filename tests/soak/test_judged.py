@@ -29,8 +29,7 @@ def test_judged(steps, length):
     assert total["proven"] > 2 * total["undecided"]
 
 
-@pytest.mark.parametrize("seed", [5478, 10739])
-def test_couplings_that_vanish_and_come_back(seed, tmp_path):
+def test_couplings_that_vanish_and_come_back(tmp_path):
     """Equations of states that were decoupled at first, by which pivots must not be chosen later on."""
-    _, bad = judged(Watch(tmp_path), seed)
-    assert not bad
+    watch = Watch(tmp_path)
+    assert not [line for seed in (5478, 10739) for line in judged(watch, seed)[1]]
