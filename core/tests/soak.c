@@ -125,11 +125,11 @@ static void check_values(const run *r, int solved) {
         CHECK(known ? diagnostics[i] >= 0.0 : solved || isnan(diagnostics[i]), "%s: diagnostic %d is %g", r->f->name, i,
               diagnostics[i]);
     }
-    /* What was measured, but for readings that are said to be held back, and for full turns. */
+    /* What was measured, but for readings that are said to be held back or are old, and for full turns. */
     for (int i = 0; solved && i < nx; ++i) {
         const double turn = p->sensors.turn[i], turns = turn > 0.0 ? (x[i] - r->x[i]) / turn : 0.5;
         const int same = memcmp(x + i, r->x + i, sizeof *x) == 0 || fabs(turns - floor(turns + 0.5)) < 1e-6;
-        const int held = (int)r->plan.health[3 * i + 2] == (int)RUMO_HELD;
+        const int held = (int)r->plan.health[3 * i + 2] == (int)RUMO_HELD || p->sensors.age[i] > 0;
         CHECK(same || held, "%s: state %d is %.17g at first, and was measured to be %.17g", r->f->name, i, x[i], r->x[i]);
     }
     for (int i = 0; i < N * nc; ++i) {

@@ -133,6 +133,7 @@ def fixtures():
     }
     return cars | {
         "car_moves": paper_car(soft, 1, move_bounds={"torque": (-60.0, 90.0), "steering_rate": (-0.3, 0.3)}),
+        "car_late": paper_car(soft, 1, measurements={"p_x": rumo.Measurement(age=2), "psi": rumo.Measurement(age=1)}),
         "cart": held(cart, x_cart, [0.0, 0.0], [0.5, 0.0]),
         "reactor": held(reactor, x_reactor, [0.84], [0.79]),
         "hot": held(hot, x_hot, [1.11], [1.0]),

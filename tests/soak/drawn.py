@@ -64,10 +64,21 @@ def draw(rng) -> Drawn:
         },
         blocks=draw_blocks(rng, horizon - delay),
         parameters={"a": rng.uniform(0.5, 1.5, horizon)} if chance(rng, 0.3) else {"a": float(rng.uniform(0.5, 1.5))},
-        measurements={"x0": rumo.Measurement(noise=0.01 * xs[0], resolution=1e-3 * xs[0])} if chance(rng, 0.2) else {},
+        measurements=draw_measurements(rng, xs, horizon),
         **draw_limits(rng, model, xs, us, horizon),
     )
     return Drawn(problem, scheme, rng.choice(SOLVERS), xs)
+
+
+def draw_measurements(rng, xs, horizon) -> dict[str, rumo.Measurement]:
+    """What is known of a sensor by chance; apart from what follows, how old some readings are."""
+    known = {"noise": 0.01 * xs[0], "resolution": 1e-3 * xs[0]} if chance(rng, 0.2) else {}
+    (late,) = rng.spawn(1)
+    ages = late.integers(0, horizon + 1, len(xs)) * chance(late, 0.1) * (late.uniform(size=len(xs)) < 0.5)
+    drawn = {f"x{i}": {"age": int(age)} for i, age in enumerate(ages) if age}
+    if known:
+        drawn["x0"] = drawn.get("x0", {}) | known
+    return {name: rumo.Measurement(**said) for name, said in drawn.items()}
 
 
 def draw_model(rng, xs, us, h, explicit) -> rumo.Model:

@@ -91,11 +91,12 @@ class Told:
         self.dxz = ends - self.w_g[:, :, : self.size]
 
     def _judge_what_was_told(self) -> None:
-        """The first state is what was measured, but for full turns and what is held back; so is what is wanted."""
+        """The first state is what was measured, but for turns, old and held-back readings; so is what is wanted."""
         drive, steps, sensors = self.drive, self.steps, self.problem.sensors
         apart = self.measured - drive.measured[steps]
         held = drive.health[steps, :, 2] == HELD
-        self.blame((~held & ~turned(apart, sensors.turn, 1e-6)).any(axis=1), "a measurement became another")
+        other = ~held & (sensors.age == 0) & ~turned(apart, sensors.turn, 1e-6)
+        self.blame(other.any(axis=1), "a measurement became another")
         given = drive.wanted[steps]
         turn = np.where(sensors.output_states >= 0, sensors.turn[sensors.output_states], 0.0)
         apart = self.reference - given
