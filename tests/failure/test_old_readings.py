@@ -216,9 +216,18 @@ def drive(speed, controller="rti", age=0, known=True, seed=0, faults=(), **setti
     return replace(scenario, faults=faults, settings=settings or None).run()
 
 
-@pytest.mark.parametrize("speed", [8.0, 11.0])
-@pytest.mark.parametrize("controller", ["rti", "nlp", "ltv"])
-def test_a_car_whose_position_comes_late_drives_as_well_as_one_whose_does_not(speed, controller):
+@pytest.mark.parametrize(
+    ("controller", "speed"),
+    [
+        ("rti", 8.0),
+        ("rti", 11.0),
+        ("nlp", 8.0),
+        ("ltv", 11.0),
+        pytest.param("nlp", 11.0, marks=pytest.mark.slow),
+        pytest.param("ltv", 8.0, marks=pytest.mark.slow),
+    ],
+)
+def test_a_car_whose_position_comes_late_drives_as_well_as_one_whose_does_not(controller, speed):
     after = slice(25, None)  # it starts without a reading, from the safe input
     healthy, unknown, known = (
         float(np.sqrt((tracking_error(log)[after] ** 2).mean()))
