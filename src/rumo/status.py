@@ -14,7 +14,7 @@ class Status(Enum):
 
     OPTIMAL = "Solved; every constraint that the inputs can influence holds."
     SOFT_VIOLATED = "Solved; a soft constraint is violated. The plan's slacks say where and by how much."
-    UNTRUSTED = "Solved as linearised, which does not hold where the plan leads; it is used, for want of a better one."
+    UNTRUSTED = "Solved as linearised, which may not hold where the plan leads; it is used, for want of a better one."
     BUDGET_EXCEEDED = "The iteration or time budget ran out; the best admissible plan is used."
     ILL_CONDITIONED = "Too ill-conditioned to trust a solution; the previous plan, shifted, is used."
     SOLVER_FAILED = "The optimisation failed; the previous plan, shifted, is used."

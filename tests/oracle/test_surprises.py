@@ -65,24 +65,59 @@ def test_where_predictions_are_good_one_iteration_is_enough():
     assert not any(iterated(sample.plan) for sample in ClosedLoop(run.scenario))
 
 
-@pytest.mark.parametrize("backend", ["portable", "reference"])
-@pytest.mark.parametrize("gate", [None, rumo.InnovationGate()])
-def test_a_jump_of_the_state_is_a_surprise(backend, gate):
-    """A mass that is where it is predicted, to within noise, until something pushes it."""
-    model = rumo.Model(
-        states={"x": "m", "v": "m/s"}, inputs={"a": "m/s^2"}, dynamics=lambda x, u, p: {"x": x.v, "v": u.a - x.v**3}
-    )
-    problem = rumo.Problem(
-        model,
+MODEL = rumo.Model(
+    states={"x": "m", "v": "m/s"}, inputs={"a": "m/s^2"}, dynamics=lambda x, u, p: {"x": x.v, "v": u.a - x.v**3}
+)
+
+
+def mass(**changes):
+    """A mass that is to stay where it is."""
+    return rumo.Problem(
+        MODEL,
         horizon=10,
         sampling_time=0.1,
         track={"x": rumo.Weight(1.0)},
         moves={"a": rumo.Weight(0.1)},
         bounds={"a": (-50.0, 50.0)},
+        **changes,
     )
-    controller, rng = rumo.RealTimeIteration(problem, gate=gate, backend=backend), np.random.default_rng(0)
+
+
+@pytest.mark.parametrize("backend", ["portable", "reference"])
+@pytest.mark.parametrize("gate", [None, rumo.InnovationGate()])
+def test_a_jump_of_the_state_is_a_surprise(backend, gate):
+    """A mass that is where it is predicted, to within noise, until something pushes it."""
+    controller, rng = rumo.RealTimeIteration(mass(), gate=gate, backend=backend), np.random.default_rng(0)
     plan = controller.step([0.0, 0.0], {"x": 0.0})
     for _ in range(40):
         plan = controller.step(plan.x.values[1] + 1e-3 * rng.standard_normal(2), {"x": 0.0})
         assert not iterated(plan)
+    assert iterated(controller.step(plan.x.values[1] + [0.0, 0.01], {"x": 0.0}))
+
+
+@pytest.mark.parametrize("backend", ["portable", "reference"])
+@pytest.mark.parametrize(
+    ("gate", "told"), [(None, True), (rumo.InnovationGate(), True), (rumo.InnovationGate(), False)]
+)
+def test_the_steps_of_a_sensor_are_no_surprise(backend, gate, told):
+    """Nearly all readings are as predicted, but where the sensor goes on by a step."""
+    step, rng = 5e-3, np.random.default_rng(0)
+    known = {"measurements": dict.fromkeys(("x", "v"), rumo.Measurement(resolution=step))} if told else {}
+    controller = rumo.RealTimeIteration(mass(**known), gate=gate, backend=backend)
+    x, more = np.zeros(2), []
+    for _ in range(500):
+        plan = controller.step(step * np.round(x / step), {"x": 0.0})
+        more.append(iterated(plan))
+        x = controller.transcription.advance(x, plan.command.values)[0][:2] + 2e-4 * rng.standard_normal(2)
+    assert sum(more[200:]) <= 3
+
+
+@pytest.mark.parametrize("backend", ["portable", "reference"])
+def test_one_wild_reading_at_first_does_not_hide_surprises(backend):
+    controller, rng = rumo.RealTimeIteration(mass(), gate=None, backend=backend), np.random.default_rng(0)
+    plan = controller.step([0.0, 0.0], {"x": 0.0})
+    plan = controller.step([0.0, 1e8], {"x": 0.0})
+    plan = controller.step([0.0, 0.0], {"x": 0.0})
+    for _ in range(60):
+        plan = controller.step(plan.x.values[1] + 1e-3 * rng.standard_normal(2), {"x": 0.0})
     assert iterated(controller.step(plan.x.values[1] + [0.0, 0.01], {"x": 0.0}))

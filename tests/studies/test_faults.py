@@ -160,7 +160,7 @@ def test_other_seeds_recover_as_well():
 @pytest.mark.parametrize("speed", [8.0, 11.0])
 def test_every_fault_leaves_finite_commands_and_raises_nothing(speed):
     """However wrong what is measured, told and driven is, whatever becomes of the car."""
-    study = FaultStudy(("rti",), speeds=(speed,), samples=(25,), start=1.0, duration=3.0)
+    study = FaultStudy(("rti",), speeds=(speed,), samples=(25,), start=1.8, duration=3.4)
     for fault, result in outcomes(study).items():
         assert (result["bad_commands"], result["exceptions"]) == (0, 0), (fault, result["exception"])
 

@@ -20,12 +20,15 @@
 #define GATE_MEDIANS 2.4
 #define GATE_DEVIATIONS 2.0
 #define GATE_SHARE 0.01
+/* The median size of a normal innovation, over its deviation. */
+#define GATE_NORMAL 0.6745
 /* In a skid innovations grow; a fault comes at once. */
 #define GATE_GROWTH 2.5
 /* A prediction that moves on is wrong by a share of that. */
 #define GATE_MOVED 0.25
 /* An innovation beyond so many medians (four deviations) is a surprise, once so many samples have gone before, if it is more
- * than a share of how far the plan moves the state: where predictions are good to less, a little worse is none. */
+ * than a share of how far the plan moves the state: where predictions are good to less, a little worse is none. Nor is one that
+ * the sensor's noise and steps are enough for. */
 #define SURPRISING 6.0
 #define SURPRISING_SHARE 0.1
 #define SURPRISE_LEARNED 20
@@ -100,23 +103,19 @@ static void learn(rumo_guard *g, int r, double innovation, double limit) {
     g->median[r] = larger(g->median[r], least);
 }
 
+/* What a sensor shows where nothing moves: four deviations that it is said to have, and two of its steps, if it has any. */
+static inline double shown(const rumo_guard *g, int r) {
+    const rumo_sensors *sensors = &g->data.sensors;
+    const int has_steps = g->monitor.repeated[r] == MONITOR_LEARNED;
+    const double steps = larger(sensors->resolution[r], has_steps ? g->smallest[r] : 0.0);
+    return GATE_NORMAL * SURPRISING * sensors->noise[r] + 2.0 * steps;
+}
+
 /* A reading that is used as it is. */
 static void use_reading(rumo_guard *g, int r, double innovation) {
     if (g->learned >= SURPRISE_LEARNED && innovation > SURPRISING * g->median[r])
-        g->surprised |= innovation > SURPRISING_SHARE * span(g, r, g->s.N);
+        g->surprised |= innovation > larger(SURPRISING_SHARE * span(g, r, g->s.N), shown(g, r));
     g->before[r] = innovation;
-}
-
-/* All readings are used as they are. */
-static void use_all(rumo_guard *g, const double *x) {
-    for (int r = 0; r < g->s.nx; ++r) {
-        const double innovation = fabs(x[r] - g->next_x[r]);
-        use_reading(g, r, innovation);
-        learn(g, r, innovation, innovation);
-        g->held[r] = 0;
-    }
-    g->missing = 0;
-    if (g->learned < GATE_LEARNED) ++g->learned;
 }
 
 /* Take a sample over, for what is said of the next: the smallest step of each sensor among others. */
@@ -132,6 +131,19 @@ static void remember(rumo_guard *g) {
     g->has_last = 1;
     g->repeats = 0;
     if (g->changes < GATE_CHANGES) ++g->changes;
+}
+
+/* All readings are used as they are. */
+static void use_all(rumo_guard *g, const double *x) {
+    for (int r = 0; r < g->s.nx; ++r) {
+        const double innovation = fabs(x[r] - g->next_x[r]);
+        use_reading(g, r, innovation);
+        learn(g, r, innovation, g->learned ? innovation : larger(usual(g, r), span(g, r, g->s.N)));
+        g->held[r] = 0;
+    }
+    if (!is_repeated(g)) remember(g);
+    g->missing = 0;
+    if (g->learned < GATE_LEARNED) ++g->learned;
 }
 
 /* Whether a sample that repeats the last one is frozen: the prediction has moved by what the sensors show. */
@@ -159,9 +171,6 @@ static int is_held(rumo_guard *g, const double *x, int r, double limit, double a
     return 0;
 }
 
-/* A share of normal innovations' deviation that is their median size. */
-#define GATE_NORMAL 0.6745
-
 /* Whether a measurement is used: x (nx,), in which readings that are held back become what is predicted.
  *
  * Held back is what cannot be: readings that are farther from the prediction than is usual, and than a share of what inputs
@@ -175,17 +184,16 @@ static int plausible(rumo_guard *g, double *x, const double *reach) {
     g->surprised = 0;
     if (isinf(g->gate_width) || !g->has_next) {
         for (int r = 0; r < nx; ++r) g->held[r] = 0;
-        copy(g->last_x, g->read, nx);
-        g->has_last = 1;
         g->missing = 0;
         if (g->has_next) use_all(g, x);
+        copy(g->last_x, g->read, nx);
+        g->has_last = 1;
         interrupt_monitor(&g->monitor, nx);
         return 1;
     }
     find_stuck(g, g->read);
     if (is_near(g, x) || !reach) {
         use_all(g, x);
-        if (!is_repeated(g)) remember(g);
         find_leaving(g, x);
         return 1;
     }

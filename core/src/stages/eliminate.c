@@ -125,8 +125,8 @@ static OUTSIDE void eliminate_with_exchanges(double *work, int m, int k, double 
             subtract(work + i * row + m * LANES, work + i * row + p * LANES, work + p * row + m * LANES, k);
 }
 
-/* Row pivoting and one refinement, after which the result is that of a matrix each entry of which is off by rounding only, be
- * they of what sizes they may: work (2, m, m + k + 1, LANES), and m more. Source: Skeel (1980). */
+/* Row pivoting and one refinement, after which the result is that of a matrix each entry of which is off by rounding only, as
+ * long as sizes differ by no more than 1e16 or so: work (2, m, m + k + 1, LANES), and m more. Source: Skeel (1980). */
 static OUTSIDE void solve_with_exchanges(double *work, int m, int k) {
     const int row = (m + k + 1) * LANES;
     double *const left = work + m * row, *const column = left + m * row;

@@ -148,7 +148,8 @@ class Settings(LtvSettings):
         not trusted is `Status.UNTRUSTED`, and applied.
     trusted_step : float
         A first iteration is trusted that changes no input by more than this share of its range, about a guess that
-        satisfies the dynamics. Infinite: the plain real-time iteration, in which none is judged.
+        satisfies the dynamics, at a state that is no surprise: near the prediction, as usual. Infinite: the plain
+        real-time iteration, in which none is judged.
     preparation_iterations : int
         Iterations in each preparation, on the state predicted for the next sample and with the reference of the last:
         the advanced-step real-time iteration (Nurkanovic et al., 2019). Feedback takes no longer for them.
