@@ -155,3 +155,14 @@ def test_a_hessian_that_is_not_definite(hessian):
     answer = solve(p)
     assert answer.status is Status.SOLVER_FAILED
     assert answer.conflict == ()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_bounds_hold_however_steep_the_cost(seed):
+    """A solution at bounds alone is exact, and refinement must not spoil it by what rounding leaves of 1e20."""
+    rng = np.random.default_rng(seed)
+    p = program(seed, 8, 0, condition=1e9)
+    p = replace(p, gradient=1e20 * rng.normal(size=8), upper=np.ones(8))
+    answer = solve(p)
+    assert answer.status is Status.OPTIMAL
+    assert max((p.lower - answer.v).max(), (answer.v - p.upper).max()) < 1e-10

@@ -40,15 +40,19 @@ static double refine(qp *q) {
     /* [H A'; A -E] (dv, dmu) = -(slope, off), in the coordinates of w */
     for (int j = 0; j < q->ld; ++j) step[j] = -step[j];
     double *restrict along = q->direction;
-    project_on_members(q, step, q->count, along);
-    for (int i = 0; i < q->count; ++i) off[i] += along[i];
-    solve_members(q, 0, q->count, off);
-    subtract_members(q, off, q->count, step);
-    for (int i = 0; i < q->count; ++i) q->mu[i] += off[i];
-    project_on_members(q, step, q->count, along);
-    for (int i = 0; i < q->count; ++i) {
-        const int row = q->member[i];
-        left = larger(left, fabs(deviation(q, i, q->value[row] + along[i])) * q->weight[row]);
+    for (int again = 0;; ++again) {
+        project_on_members(q, step, q->count, along);
+        left = 0.0;
+        for (int i = 0; i < q->count; ++i) {
+            const int row = q->member[i];
+            off[i] = deviation(q, i, q->value[row]) + along[i];
+            left = larger(left, fabs(deviation(q, i, q->value[row] + along[i])) * q->weight[row]);
+        }
+        /* Taking members out of a long step leaves rounding of its length in it: once more. */
+        if (again > 1 || (again && !(left > q->tolerance))) break;
+        solve_members(q, 0, q->count, off);
+        subtract_members(q, off, q->count, step);
+        for (int i = 0; i < q->count; ++i) q->mu[i] += off[i];
     }
     q->last_step = q->space->correct(q, step);
     q->evaluated = 1;
