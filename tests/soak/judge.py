@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from soak.driven import Drive, layouts
-from soak.solutions import Solutions
+from soak.solutions import ClosestSolutions, Solutions
 from soak.verdict import BAD_MEASUREMENT, BAD_REFERENCE, SOFT, Verdict
 
 AT_ONCE = 256
@@ -71,10 +71,18 @@ class Judge:
         with np.errstate(all="ignore"):
             self._judge_commands(drive, verdict)
             self._judge_causes(drive, verdict)
-            solved = np.flatnonzero(drive.status <= SOFT)
-            if len(solved):
-                Solutions(self, drive, solved, verdict).judge()
+            verdict.add(self._judge_solutions(drive))
         return verdict
+
+    def _judge_solutions(self, drive: Drive) -> Verdict:
+        """Those that seem bad are judged again, more closely, before they are called so."""
+        found, steps = Verdict(), np.flatnonzero(drive.status <= SOFT)
+        for judge in (Solutions, ClosestSolutions):
+            found.bad.clear()
+            if len(steps):
+                judge(self, drive, steps, found).judge()
+            steps = np.array(sorted(found.bad), dtype=int)
+        return found
 
     def _judge_commands(self, drive: Drive, verdict: Verdict) -> None:
         """Whatever happened: finite, within bounds, and within move bounds of what was applied before."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from soak.stacked import cholesky, inverse, least_squares, solve, times
+from soak.stacked import cholesky, inverse, least_squares, solve, solve_closely, times
 from soak.told import SHIFT, Told
 from soak.verdict import OPTIMAL, SOFT
 
@@ -31,6 +31,8 @@ NO_INFLUENCE = 1e-10
 
 class Solutions(Told):
     """Those steps of a drive that are said to be solved, put together again and judged."""
+
+    solve_intervals = staticmethod(solve)
 
     def judge(self) -> None:
         """Feasible, stationary, and as it says."""
@@ -64,7 +66,7 @@ class Solutions(Told):
         self.terms = terms
         nx, nu = self.x.shape[2], self.u.shape[2]
         right = np.concatenate([terms["phi_x"], terms["phi_u"], terms["phi"]], axis=3)
-        solved = solve(-terms["phi_w"], right)[:, :, : self.size]
+        solved = self.solve_intervals(-terms["phi_w"], right)[:, :, : self.size]
         self.A, self.B, self.c = solved[..., :nx], solved[..., nx : nx + nu], solved[..., -1]
         by_state, by_input = (pattern[: self.size] for pattern in self.judge_.coupled)
         self.A, self.B = np.where(by_state, self.A, 0.0), np.where(by_input, self.B, 0.0)
@@ -192,6 +194,8 @@ class Solutions(Told):
 
         # Limits: bounds, moves, constraints; -1 at the lower one, 1 at the upper one, 2 at both or soft at its limit.
         v = (values / scales).reshape(T, n)
+        guessed = p.blocks.values(np.eye(N - d)) @ self.u_g[chosen][:, d:] / scales
+        last_digits = 1e-15 * (np.abs(v) + np.abs(guessed).reshape(T, n))  # of inputs: steps are added to guesses
         lower, upper = ((bound / scales).ravel() for bound in p.block_bounds)
         move_lower, move_upper = ((bound / scales).ravel() for bound in p.block_move_bounds)
         G = self.G[chosen].reshape(T, -1)
@@ -201,6 +205,7 @@ class Solutions(Told):
         room = SHIFT * longest * np.minimum(unit, np.where(imposed, influence, 1.0)) + 1e-13 * self.G_terms[
             chosen
         ].reshape(T, -1)
+        room += times(np.abs(J), last_digits)
         l1, l2 = np.tile(numbers.l1, N), np.tile(numbers.l2, N)
         hard = np.isinf(l1)
         self.verdict.blame(steps[(imposed & hard & (SLACK * unit + room < G)).any(axis=1)], "a hard limit is exceeded")
@@ -219,7 +224,7 @@ class Solutions(Told):
         H += J.transpose(0, 2, 1) @ (curvature[:, :, None] * J)
         price = np.where(over, l1 + 2.0 * l2 * np.maximum(G, 0.0), 0.0)
         slope += (price[:, None, :] @ J)[:, 0]
-        lost += (price[:, None, :] @ np.abs(J))[:, 0]
+        lost += (price[:, None, :] @ np.abs(J))[:, 0] + times(np.abs(H), last_digits) / ROUNDING
         self.forces = pulls.reshape(T, N, -1), price.reshape(T, N, -1)
         near = 1e-2 * SHIFT * longest
         rows = np.concatenate([np.broadcast_to(np.eye(n), (T, n, n)), np.broadcast_to(W, (T, n, n)), J], axis=1)
@@ -287,3 +292,9 @@ class Solutions(Told):
         verdict.proven += int(good.sum())
         verdict.undecided += int((~good & ~bad).sum())
         verdict.largest_error = max(verdict.largest_error, float(error[good].max(initial=0.0)))
+
+
+class ClosestSolutions(Solutions):
+    """The same for few steps, with all digits of what intervals do to states that hardly move."""
+
+    solve_intervals = staticmethod(solve_closely)

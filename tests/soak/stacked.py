@@ -39,6 +39,15 @@ def solve(matrices, right):
         return _one_by_one(np.linalg.solve, matrices, right)
 
 
+def solve_closely(matrices, right):
+    """With residuals in extended precision: small unknowns keep their digits next to large ones."""
+    found = solve(matrices, right)
+    for _ in range(2):
+        left = right - np.asarray(matrices, np.longdouble) @ np.asarray(found, np.longdouble)
+        found = found + solve(matrices, left.astype(float))
+    return found
+
+
 def cholesky(matrices):
     try:
         return np.linalg.cholesky(matrices)

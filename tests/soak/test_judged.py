@@ -33,3 +33,9 @@ def test_couplings_that_vanish_and_come_back(tmp_path):
     """Equations of states that were decoupled at first, by which pivots must not be chosen later on."""
     watch = Watch(tmp_path)
     assert not [line for seed in (5478, 10739) for line in judged(watch, seed)[1]]
+
+
+def test_solutions_that_rounding_blurs(tmp_path):
+    """States that hardly move beside others, responses of 1e12 to an input's last digit, and references of 1e20."""
+    watch = Watch(tmp_path)
+    assert not [line for seed in (170, 4280, 3370) for line in judged(watch, seed)[1]]

@@ -27,3 +27,12 @@ class Verdict:
         """Steps (numbers, or a mask) that are bad."""
         for i in np.flatnonzero(which) if which.dtype == bool else which:
             self.bad.setdefault(int(i), why)
+
+    def add(self, other: Verdict) -> None:
+        """What was found of other aspects or steps."""
+        for i, why in other.bad.items():
+            self.bad.setdefault(i, why)
+        self.proven += other.proven
+        self.undecided += other.undecided
+        self.refined += other.refined
+        self.largest_error = max(self.largest_error, other.largest_error)
