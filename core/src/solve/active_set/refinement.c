@@ -80,12 +80,16 @@ static double refine_on(qp *q) {
     return longest;
 }
 
-/* The same; and after steps so long that what they were added to has lost its digits, again from w alone. */
+/* The same; and after steps so long that what they were added to has lost its digits, again from w alone. Where that does not
+ * help, a solution is not to be trusted. */
 static void polish(qp *q) {
-    for (int i = 0; refine_on(q) > FAR_OFF && i < MOST_STEPS && !is_over(q->end); ++i) {
+    double longest = refine_on(q);
+    for (int i = 0; longest > FAR_OFF && i < MOST_STEPS && !is_over(q->end); ++i) {
         q->evaluated = 0;
         evaluate_at_w(q);
+        longest = refine_on(q);
     }
+    if (longest > FAR_OFF) q->last_step = longest;
 }
 
 /* Whether the optimality conditions hold as accurately as a solution needs. */
