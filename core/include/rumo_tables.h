@@ -76,7 +76,6 @@
     INTS(loads, t->blocks, 1)  /* how many entries of the three lists below are a block's */               \
     INTS(updates, t->blocks, 1)                                                                            \
     INTS(stores, t->blocks, 1)                                                                             \
-    INTS(unknowns, RUMO_UNKNOWNS, 1)                           /* of which the rows are, block by block */ \
     INTS(below, RUMO_UNKNOWNS, 1)  /* how many entries of the next two lists are a pivot's */              \
     INTS(across, RUMO_UNKNOWNS, 1)                                                                         \
     INTS(lower, rumo_sum(t->below, RUMO_UNKNOWNS), 1)          /* rows of the block */                     \

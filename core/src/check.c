@@ -109,7 +109,6 @@ RARE static rumo_fault check_elimination(const rumo_elimination *e, const rumo_s
     TRY(check_words(part, "sparse", e->sparse, e->blocks, 1, (ranges){0, {2, 0, 0}}));
     TRY(check_words(part, "width", e->width, e->blocks, 1, (ranges){0, {known + 1, 0, 0}}));
     if (rumo_sum(e->size, e->blocks) != nw) return (rumo_fault){RUMO_OUT_OF_RANGE, part, "size", e->blocks};
-    TRY(check_all_once(part, "unknowns", e->unknowns, nw));
     const int *load = e->load, *update = e->update, *store = e->store, *lower = e->lower, *upper = e->upper;
     for (int b = 0, r = 0; b < e->blocks; ++b) {
         for (int p = 0; p < e->size[b]; ++p, ++r) {

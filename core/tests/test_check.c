@@ -106,7 +106,6 @@ static void indices(const rumo_problem *good) {
         if (good->M.row[i] == good->M.row[i - 1])
             WITH_INT(M.column, good->M.count, i, good->M.column[i - 1], RUMO_OUT_OF_ORDER, "M", "column", i);
     WITH_INT(elimination.size, e->blocks, 0, e->size[0] + 1, RUMO_OUT_OF_RANGE, "elimination", "size", e->blocks);
-    WITH_INT(elimination.unknowns, nw, 1, e->unknowns[0], RUMO_OUT_OF_RANGE, "elimination", "unknowns", 1);
     WITH_INT(elimination.below, nw, nw - 1, -1, RUMO_TOO_LARGE, "elimination", "lower", -1);
     WITH_INT(elimination.below, nw, nw - 1, INT_MAX, RUMO_TOO_LARGE, "elimination", "lower", -1);
     WITH_INT(elimination.below, nw, nw - 1, 1 << 20, RUMO_OUT_OF_RANGE, "elimination", "below", nw - 1);

@@ -42,22 +42,20 @@ def judged(watch: Watch, seed: int, length: int = STEPS) -> tuple[Counter, list[
     return found, bad
 
 
-def soak(steps: int, seed: int, say=lambda text: None, length: int = STEPS) -> tuple[Counter, list[str]]:
+def soak(watch: Watch, steps: int, seed: int, say=lambda text: None, length: int = STEPS) -> tuple[Counter, list[str]]:
     """So many steps at least, of the problems of seeds one after the other, in drives of a length."""
     total, bad, began, said = Counter(), [], time.monotonic(), 0.0
-    with tempfile.TemporaryDirectory() as folder:
-        watch = Watch(Path(folder))
-        while total["judged"] < steps:
-            found, worse = judged(watch, seed, length)
-            total.update(found)
-            bad += worse
-            seed += 1
-            for line in worse[:5]:
-                say(line)
-            elapsed = time.monotonic() - began
-            if elapsed - said > 60.0 or total["judged"] >= steps:
-                said = elapsed
-                say(f"{elapsed:.0f} s, next seed {seed}: {dict(total)}")
+    while total["judged"] < steps:
+        found, worse = judged(watch, seed, length)
+        total.update(found)
+        bad += worse
+        seed += 1
+        for line in worse[:5]:
+            say(line)
+        elapsed = time.monotonic() - began
+        if elapsed - said > 60.0 or total["judged"] >= steps:
+            said = elapsed
+            say(f"{elapsed:.0f} s, next seed {seed}: {dict(total)}")
     return total, bad
 
 
@@ -66,5 +64,6 @@ def main() -> int:
     parser.add_argument("steps", type=float)
     parser.add_argument("--seed", type=int, default=0)
     chosen = parser.parse_args()
-    total, _ = soak(int(chosen.steps), chosen.seed, lambda text: print(text, flush=True))
+    with tempfile.TemporaryDirectory() as folder:
+        total, _ = soak(Watch(Path(folder)), int(chosen.steps), chosen.seed, lambda text: print(text, flush=True))
     return int(total["bad"] > 0)

@@ -123,7 +123,7 @@ def eliminate(equations: Equations, samples: Callable[[], Array]) -> dict[str, n
     lower: list[int] = []
     upper: list[int] = []
     counts: list[list[int]] = []
-    pivots: list[tuple[int, int, int]] = []
+    pivots: list[tuple[int, int]] = []
     for block, reaching, sparse in zip(equations.blocks, equations.columns, equations.sparse, strict=True):
         m, k = len(block.unknowns), len(reaching)
         before = len(load), len(update), len(store)
@@ -144,14 +144,14 @@ def eliminate(equations: Equations, samples: Callable[[], Array]) -> dict[str, n
         added = [len(entries) - start for entries, start in zip((load, update, store), before, strict=True)]
         counts.append([m, k, int(sparse), *added])
         if sparse:
-            pivots += [(row, 0, 0) for row in rows]
+            pivots += [(0, 0)] * m
             continue
         nonzero = np.zeros((m, m + k + 1), dtype=bool)
         nonzero.flat[[at for *_, at in (*load[before[0] :], *update[before[1] :])]] = True
-        for p, row in enumerate(rows):
+        for p in range(m):
             below, across = np.flatnonzero(nonzero[p + 1 :, p]) + p + 1, np.flatnonzero(nonzero[p, p + 1 :]) + p + 1
             nonzero[np.ix_(below, across)] = True
-            pivots.append((row, len(below), len(across)))
+            pivots.append((len(below), len(across)))
             lower += below.tolist()
             upper += across.tolist()
     return _elimination(counts, pivots, (lower, upper), load, update, store, list(result))
@@ -159,7 +159,7 @@ def eliminate(equations: Equations, samples: Callable[[], Array]) -> dict[str, n
 
 def nothing_eliminated(unknowns: int) -> dict[str, np.ndarray]:
     """Tables of `rumo_elimination` where the equations themselves are solved."""
-    return _elimination([], [(row, 0, 0) for row in range(unknowns)], ([], []), [], [], [], [])
+    return _elimination([], [(0, 0)] * unknowns, ([], []), [], [], [], [])
 
 
 def _elimination(
@@ -173,7 +173,7 @@ def _elimination(
 ) -> dict[str, np.ndarray]:
     names = ("size", "width", "sparse", "loads", "updates", "stores")
     parts = {name: _table(counts, 6)[:, i].copy() for i, name in enumerate(names)}
-    parts |= {name: _table(pivots, 3)[:, i].copy() for i, name in enumerate(("unknowns", "below", "across"))}
+    parts |= {name: _table(pivots, 2)[:, i].copy() for i, name in enumerate(("below", "across"))}
     parts |= {name: np.array(of, dtype=np.int32) for name, of in zip(("lower", "upper"), nonzero, strict=True)}
     parts |= {"load": _table(load, 2), "update": _table(update, 3), "store": _table(store, 2)}
     parts |= {name: _table(places, 2)[:, i].copy() for i, name in enumerate(("row", "column"))}
