@@ -43,21 +43,23 @@ static void advance_guess(rumo_controller *ctl) {
     }
 }
 
-/* What the next readings of old ones depend on, without maps: the equations are solved for each. */
-RARE static void expect_old_readings(rumo_controller *ctl) {
+/* What the next sample depends on where some readings are old, without maps: the equations are solved for each state. */
+RARE static void expect_without_maps(rumo_controller *ctl) {
     rumo_guard *g = &ctl->guard;
-    double *before = ctl->near_reach, *without = ctl->step.dx, *after = without + ctl->s.ldx;
+    double *before = ctl->near_reach, *without = ctl->step.dx, *after = without + ctl->s.ldx, *A;
+    const int nx = ctl->s.nx;
     if (g->oldest == 0 || !begin_expecting(g)) return;
-    g->monitor.expects = 0; /* only of these */
-    zero(before, ctl->s.nx);
+    g->monitor.expects = 0; /* nothing is monitored */
+    A = dependence_of(g, 0);
+    zero(before, nx);
     advance_interval(&ctl->stages.equations, 0, before, NULL, without);
-    for (int r = 0; r < ctl->s.nx; ++r) {
-        if (g->data.sensors.age[r] == 0) continue;
-        before[r] = 1.0;
+    for (int j = 0; j < nx; ++j) {
+        before[j] = 1.0;
         advance_interval(&ctl->stages.equations, 0, before, NULL, after);
-        before[r] = 0.0;
-        expect_old_reading(g, r, after[r] - without[r]);
+        before[j] = 0.0;
+        for (int r = 0; r < nx; ++r) A[r * nx + j] = after[r] - without[r];
     }
+    expect_old_readings(g);
 }
 
 /* What the next readings depend on, as the last plan was linearised. Wide models have no maps to say so. */
@@ -65,10 +67,12 @@ static void expect_readings(rumo_controller *ctl) {
     rumo_guard *g = &ctl->guard;
     const stage_maps *m = &ctl->stages;
     if (is_wide(m)) {
-        expect_old_readings(ctl);
+        expect_without_maps(ctl);
         return;
     }
     if (!begin_expecting(g)) return;
+    double *A = g->oldest ? dependence_of(g, 0) : NULL;
+    if (A) zero(A, (ptrdiff_t)ctl->s.nx * ctl->s.nx);
     for (int r = 0; r < ctl->s.nx; ++r) {
         double own = 0.0, change = g->x[r] - g->next_x[r];
         for (int e = m->map.start[r]; e < m->end_of_A[r]; ++e) {
@@ -76,9 +80,11 @@ static void expect_readings(rumo_controller *ctl) {
             const double entry = m->maps[(ptrdiff_t)e * ctl->s.lanes];
             change += entry * (g->next_x[j] - g->x[j]);
             if (j == r) own = entry;
+            if (A) A[r * ctl->s.nx + j] = entry;
         }
         expect_reading(g, r, own, change);
     }
+    if (A) expect_old_readings(g);
     g->monitor.fresh = 0;
 }
 
@@ -147,6 +153,7 @@ static rumo_status attempt(rumo_controller *ctl, const double *measured, const d
     const int near = is_near(&ctl->guard, x);
     if (!near) solver_of(&ctl->problem.sizes)->reach(&ctl->solving, gate_stages(s), ctl->near_reach);
     if (!plausible(&ctl->guard, x, near ? NULL : ctl->near_reach)) return RUMO_BAD_MEASUREMENT;
+    bring_to_now(&ctl->guard, x);
     ctl->wary = ctl->guard.surprised || ctl->moved_later > SETTLED;
     ctl->moved_later = 0.0;
     ctl->last_step = NAN; /* a step at another sample says nothing of this one's iterations */
@@ -186,6 +193,9 @@ RARE static rumo_status adopt(rumo_controller *ctl, const double *u, const doubl
     copy(plan_x(ctl), x, (s->N + 1) * s->nx);
     inner_to_lanes(s, inner, ctl->inner);
     const rumo_status followed = follow(&ctl->guard, 1, status);
+    /* The next readings depend on it as on this plan, not as on what was linearised for the other. */
+    set_guess(ctl, plan_u(ctl), plan_x(ctl), ctl->inner);
+    if (!linearise(&ctl->stages, last_decided(g), INFINITY)) ctl->guard.monitor.due = 0;
     set_guess(ctl, g->next_u, g->next_x, g->next_inner);
     ctl->prepared = ctl->stored = ctl->still = ctl->behind = 0;
     ctl->last_step = NAN;

@@ -34,8 +34,10 @@ class Measurement:
         equations, constraints and tracked outputs stay as they are when it grows by 2 pi, but for a tracked output
         that is the state itself.
     age : int
-        Samples since it was read when it comes, at most the horizon. An old reading is brought to now by how far the
-        plans have gone since; before there are so many, by those there are.
+        Samples since it was read when it comes, at most the horizon, and the same for each reading. An old reading is
+        brought to now by how far the plans have gone since, and by what its innovation means for all states at each
+        sample in between, as linearised; before there are so many plans, by those there are. The model is believed for
+        as long: what it does not know of is seen so much later, and where it is unstable noise grows with the age.
     """
 
     noise: float = 0.0

@@ -116,6 +116,105 @@ def test_a_kick_is_known_when_its_reading_comes_and_then_wholly(backend, age):
     np.testing.assert_allclose(error[first + age :], 0.0, atol=1e-9)
 
 
+def coupled(stiffness, **changes):
+    """A position that pulls itself back, undamped, with a stiffness in 1/s^2; or away, where that is negative."""
+    model = rumo.Model(
+        states={"position": "m", "speed": "m/s"},
+        inputs={"force": "N"},
+        dynamics=lambda x, u, p: {"position": x.speed, "speed": u.force - stiffness * x.position},
+    )
+    settings = {
+        "horizon": 20,
+        "sampling_time": 0.05,
+        "track": {"position": rumo.Weight(1.0), "speed": rumo.Weight(0.1)},
+        "moves": {"force": rumo.Weight(0.1)},
+        "bounds": {"force": (-1000.0, 1000.0)},
+    }
+    return rumo.Problem(model, **(settings | changes))
+
+
+def told_of(controller, ages, samples, x, wanted, spoil=None, kicks=None):
+    """How far plans begin from where the plant is (K, nx), which is as its model says, and the plans."""
+    history, errors, plans, x = [], [], [], np.array(x)
+    for k in range(samples):
+        x = x + (kicks or {}).get(k, 0.0)
+        history.append(x)
+        read = np.array([history[max(k - age, 0)][i] for i, age in enumerate(ages)])
+        plan = controller.step(read if spoil is None else spoil(k, read), wanted)
+        plans.append(plan)
+        errors.append(plan.x.values[0] - x)
+        x = np.array(controller.transcription.advance(x, plan.command.values)[0][: len(x)])
+    return np.array(errors), plans
+
+
+@pytest.mark.parametrize("backend", ["portable", "reference"])
+@pytest.mark.parametrize("age", [8, 12])
+def test_a_pendulum_all_of_whose_readings_are_old_is_known_as_well_as_its_model(backend, age):
+    """Angle and rate turn into each other while readings are under way: neither innovation is of one state alone."""
+    controller = made_with(pendulum(measurements=old(angle=age, rate=age)), backend, gate=None)
+    rng = np.random.default_rng(0)
+    errors, plans = told_of(
+        controller,
+        (age, age),
+        300,
+        [0.3, 0.0],
+        {"angle": 0.0, "rate": 0.0},
+        lambda k, read: read + 1e-3 * rng.standard_normal(2),
+    )
+    assert np.abs(errors[40:]).max() < 0.02, "it began with what was never read"
+    assert all(plan.status is Status.OPTIMAL for plan in plans)
+
+
+@pytest.mark.parametrize("backend", ["portable", "reference"])
+@pytest.mark.parametrize("stiffness", [0.0, 64.0, -64.0])
+@pytest.mark.parametrize("ages", [(2, 2), (3, 3), (8, 8), (1, 4), (4, 1), (0, 3)])
+def test_all_that_a_kick_does_is_known_with_the_last_reading_of_it(backend, stiffness, ages):
+    """Until then it goes on as the linear model says, but for what was read before."""
+    problem = coupled(stiffness, measurements=old(position=ages[0], speed=ages[1]))
+    controller = made_with(problem, backend, gate=None)
+    first, kick = 20, np.array([0.01, -0.02])
+    errors, _ = told_of(controller, ages, 50, [0.1, 0.0], {"position": 0.0, "speed": 0.0}, kicks={first: kick})
+    A = controller.transcription.sensitivity(np.zeros(2), np.zeros(1), np.zeros(2), np.zeros(0))
+    for k in range(min(ages)):
+        np.testing.assert_allclose(errors[first + k], -np.linalg.matrix_power(A, k) @ kick, atol=1e-9)
+    assert np.abs(errors[first + max(ages) :]).max() < 1e-9
+
+
+@pytest.mark.parametrize("backend", ["portable", "reference"])
+@pytest.mark.parametrize("bad", [30.0, np.nan])
+def test_an_old_reading_that_is_held_back_says_nothing_of_other_states(backend, bad):
+    """It would of the speed, three samples later; and its own state is as the others say."""
+    names = {"position": "m", "speed": "m/s", "heat": "K"}
+    model = rumo.Model(
+        states=names,
+        inputs={"force": "N"},
+        dynamics=lambda x, u, p: {
+            "position": x.speed,
+            "speed": u.force - 16.0 * x.position,
+            "heat": x.position - x.heat,
+        },
+    )
+    problem = rumo.Problem(
+        model,
+        horizon=20,
+        sampling_time=0.05,
+        track={"position": rumo.Weight(1.0)},
+        moves={"force": rumo.Weight(0.1)},
+        bounds={"force": (-2.0, 2.0)},
+        measurements=old(position=3, speed=3, heat=1),
+    )
+    rng = np.random.default_rng(1)
+
+    def spoil(k, read):
+        return read + 1e-4 * rng.standard_normal(3) + np.array([bad if k in (60, 61) else 0.0, 0.0, 0.0])
+
+    errors, plans = told_of(made_with(problem, backend), (3, 3, 1), 80, [0.5, 0.0, 0.1], {"position": 0.0}, spoil)
+    assert all(plan.status is Status.OPTIMAL for plan in plans)
+    held = {k: [symptom.state for symptom in plan.health] for k, plan in enumerate(plans) if plan.health}
+    assert held == {60: ["position"], 61: ["position"]}
+    assert np.abs(errors[6:]).max() < 2e-3
+
+
 @pytest.mark.parametrize("age", [1, 3])
 def test_noise_of_an_old_reading_is_no_larger_than_when_it_was_read(age):
     """A state that decays within a sample would swing for ever, were innovations moved along as they are."""
@@ -190,8 +289,8 @@ def test_backends_agree_on_a_car():
 
 
 def test_backends_agree_on_a_model_without_maps():
-    problem = rod(cells=40, measurements=old(t_3=2, t_20=1))
-    assert problem.sensors.age.sum() == 3
+    problem = rod(cells=40, measurements=old(t_3=2, t_4=3, t_20=1))
+    assert problem.sensors.age.sum() == 6
     rng, good = np.random.default_rng(0), np.zeros(len(problem.model.states))
     samples = [good + 0.1 * rng.standard_normal(len(good)) for _ in range(12)]
     agree(problem, samples, dict.fromkeys(problem.outputs, 1.0), None, ["reference", "portable"])
@@ -321,3 +420,59 @@ def test_a_reading_out_of_its_sensors_range_is_none_wherever_it_is_now():
     fast = rumo.RealTimeIteration(wagon(measurements=near))
     began = [fast.step([0.44, 3.0, 0.0], STILL).x.values[0, 0] for _ in range(3)]
     assert began[-1] > 0.5, "it was still in range when it was read"
+
+
+def bent(ages):
+    """Speed and heat depend on each other, and on where they are."""
+    model = rumo.Model(
+        states={"position": "m", "speed": "m/s", "heat": "K"},
+        inputs={"force": "N"},
+        dynamics=lambda x, u, p: {
+            "position": x.speed,
+            "speed": u.force - 2.0 * x.speed**3 - x.position**3,
+            "heat": 4.0 * x.speed**2 - (3.0 + 40.0 * x.speed**2) * x.heat,
+        },
+    )
+    return rumo.Problem(
+        model,
+        horizon=15,
+        sampling_time=0.1,
+        track={"position": rumo.Weight(1.0), "speed": rumo.Weight(0.1)},
+        moves={"force": rumo.Weight(0.02)},
+        bounds={"force": (-10.0, 10.0)},
+        measurements=old(**dict(zip(model.states, ages, strict=True))),
+    )
+
+
+@pytest.mark.parametrize("gate", [None, rumo.InnovationGate()])
+def test_backends_agree_after_plans_that_were_found_elsewhere(gate):
+    """What comes next depends on the state as on these plans, not as on those that they replace."""
+    ages, kicks = (2, 3, 2), {k: np.array([0.3, 0.8, 0.1]) for k in (7, 22, 37)}
+    rng, samples, began = np.random.default_rng(0), [], {}
+
+    def spoil(k, read):
+        samples.append(read + 0.01 * rng.standard_normal(3))
+        return samples[-1]
+
+    def controller(backend):
+        return rumo.RealTimeIteration(
+            bent(ages), backend=backend, gate=gate, rescue=rumo.DirectNlp, settling_iterations=0
+        )
+
+    wanted = {"position": 1.0, "speed": 0.0}
+    _, plans = told_of(controller("portable"), ages, 45, [0.5, 0.0, 0.1], wanted, spoil, kicks)
+    assert sum(plan.rescued for plan in plans) > 20
+    reference = controller("reference")
+    again = [reference.step(sample, wanted) for sample in samples]
+    for which, of in (("plans", plans), ("again", again)):
+        began[which] = np.array([plan.x.values[0] for plan in of])
+    np.testing.assert_allclose(began["again"], began["plans"], rtol=1e-6, atol=1e-7)
+
+
+def test_a_rescue_takes_the_state_of_now_although_no_sensor_could_read_it():
+    near = {"position": Measurement(age=2, range=(-1.0, 0.45))}
+    problem = wagon(bounds={"force": (-200.0, 200.0)}, measurements=near)
+    controller = rumo.RealTimeIteration(problem, rescue=rumo.DirectNlp, trusted_step=1e-9, settling_iterations=0)
+    plans = [controller.step([0.44, 3.0, 0.0], STILL) for _ in range(4)]
+    assert plans[-1].x.values[0, 0] > 0.45
+    assert all(plan.rescued and plan.status is Status.OPTIMAL for plan in plans)

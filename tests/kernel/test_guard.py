@@ -260,6 +260,26 @@ def test_a_share_of_an_old_innovation_is_left_and_the_past_is_corrected_once():
     assert followed(1) == followed(2) == pytest.approx([0.1, 0.0])
 
 
+@pytest.mark.parametrize("failures", [0, 1, N - DELAY])
+def test_the_past_is_as_it_was_once_a_failure_is_taken_back(failures):
+    """Even where the plan was exhausted, and nothing was known of the next sample."""
+    keeper = guard(sensors_age=np.array([3, 0]))
+
+    def moving(first):
+        return candidate([0.2] * N)._replace(x=first + np.arange(N + 1)[:, None] * [1.0, 0.0])
+
+    for first in range(4):
+        keeper.follow(moving(float(first)), Status.OPTIMAL)
+    for k in range(failures):
+        status, _ = keeper.follow(None, Status.SOLVER_FAILED)
+        assert (status is Status.PLAN_EXHAUSTED) == (k >= N - DELAY - 1)
+    if failures:
+        keeper.take_back()
+    keeper.follow(moving(100.0), Status.OPTIMAL)
+    assert keeper.next is not None
+    assert keeper.unwound(np.array([50.0, 0.0]))[0] == pytest.approx(53.0)
+
+
 def test_ages_are_within_the_horizon():
     for age in (-1, N + 1):
         with pytest.raises(ValueError, match=r"sensors_age\[0\] is out of range"):

@@ -4,13 +4,17 @@
 
 #include "guard/guard.h"
 
-/* What is believed of the past is kept as the ways that plans went from sample to sample, back from the prediction of now. An
- * innovation of then is moved along by how much of it each of them keeps, and what is believed of the samples in between with
- * it: the next reading is compared with that, so that no innovation counts twice. */
+/* What is believed of the past is kept as the ways that plans went from sample to sample, back from the prediction of now,
+ * with how each sample depends on the one before. Where a belief was wrong, those after it were too: from the oldest reading
+ * on the error is carried to now, and what is believed of the samples in between is corrected by it. The next reading is
+ * compared with that, so that no innovation counts twice. */
 
-/* Where the last of a state's ways is kept, k = 0, and those before. */
-static inline int nth_way(const rumo_guard *g, int r, int k) {
-    return (g->latest + g->oldest - k) % g->oldest * g->s.nx + r;
+/* Where the last of the ways is kept, k = 0, and those before. */
+static inline int nth_way(const rumo_guard *g, int k) { return (g->latest + g->oldest + 1 - k) % (g->oldest + 1); }
+
+/* How the sample at the end of a way depends on that at its beginning, (nx, nx). */
+static inline double *dependence_of(const rumo_guard *g, int k) {
+    return g->dependences + (ptrdiff_t)nth_way(g, k) * g->s.nx * g->s.nx;
 }
 
 /* How many ways back a state was read, as far as they are known. */
@@ -22,55 +26,87 @@ static inline int ways_back(const rumo_guard *g, int r) {
 /* What was believed of a state when it was read. */
 static double believed(const rumo_guard *g, int r) {
     double x = g->next_x[r];
-    for (int k = 0; k < ways_back(g, r); ++k) x -= g->ways[nth_way(g, r, k)];
+    for (int k = 0; k < ways_back(g, r); ++k) x -= g->ways[nth_way(g, k) * g->s.nx + r];
     return x;
 }
 
-/* What an old reading of a state, as it was read, says of now. */
-static double brought_to_now(rumo_guard *g, int r, double then) {
-    double kept = g->late[r] = g->read[r] - then;
-    for (int k = 0; k < ways_back(g, r); ++k) kept *= g->keeps[nth_way(g, r, k)];
-    return g->next_x[r] + kept;
+/* Carry what was believed wrongly from the oldest sample known to now, `wrong` (nx,), and correct ways by it. A state that was
+ * read is as far off as the reading says, whatever is carried, and not at all where that reading has been used before. */
+static void carry(rumo_guard *g, int correct) {
+    const int nx = g->s.nx;
+    double *wrong = g->wrong, *after = wrong + nx;
+    zero(wrong, nx);
+    for (int k = g->known - 1; k >= 0; --k) {
+        const int way = nth_way(g, k) * nx;
+        const double *A = dependence_of(g, k);
+        for (int r = 0; r < nx; ++r) {
+            if (ways_back(g, r) == k + 1 && isfinite(g->late[r])) wrong[r] = g->late[r];
+            else if (g->was_read[way + r]) wrong[r] = 0.0;
+            if (correct && k + 1 < g->known) g->ways[nth_way(g, k + 1) * nx + r] += wrong[r];
+            if (correct) g->ways[way + r] -= wrong[r];
+        }
+        for (int r = 0; r < nx; ++r) {
+            after[r] = 0.0;
+            for (int j = 0; j < nx; ++j) after[r] += A[r * nx + j] * wrong[j];
+        }
+        copy(wrong, after, nx);
+    }
+    for (int r = 0; correct && g->known && r < nx; ++r) g->ways[nth_way(g, 0) * nx + r] += wrong[r];
+}
+
+/* The readings x (nx,) that are old, or held back, become what all others say of now. */
+static void bring_to_now(rumo_guard *g, double *x) {
+    if (g->oldest == 0 || g->known == 0) return;
+    carry(g, 0);
+    for (int r = 0; r < g->s.nx; ++r)
+        if (g->data.sensors.age[r] || !isfinite(g->late[r])) x[r] = g->next_x[r] + g->wrong[r];
 }
 
 /* Old readings have been used, in a plan that begins with them: the ways before it were others. */
 static void correct_ways(rumo_guard *g) {
-    for (int r = 0; g->oldest && r < g->s.nx; ++r) {
-        double wrong = isfinite(g->late[r]) ? g->late[r] : 0.0;
-        for (int k = ways_back(g, r) - 1; k >= 0 && wrong != 0.0; --k) {
-            const double kept = g->keeps[nth_way(g, r, k)] * wrong;
-            g->ways[nth_way(g, r, k)] += kept - wrong;
-            wrong = kept;
-        }
+    if (g->oldest == 0) return;
+    carry(g, 1);
+    for (int r = 0; r < g->s.nx; ++r) {
+        if (!isfinite(g->late[r])) continue;
+        if (ways_back(g, r)) g->was_read[nth_way(g, ways_back(g, r) - 1) * g->s.nx + r] = 1;
         g->late[r] = 0.0;
     }
 }
 
-/* A plan is followed, or there is none any more. How much of a deviation it keeps is not known yet: all of it. */
-static void follow_way(rumo_guard *g) {
+/* A plan is followed, or there is none any more: of the sample that it begins with, if it is a solution, some states were
+ * read. How the next sample depends on it is not known yet: it moves along. */
+static void follow_way(rumo_guard *g, int solved) {
+    const int nx = g->s.nx;
     if (g->oldest == 0) return;
-    g->latest = (g->latest + 1) % g->oldest;
+    g->latest = (g->latest + 1) % (g->oldest + 1);
+    g->was_known = g->known;
     g->known = !g->has_next ? 0 : g->known < g->oldest ? g->known + 1 : g->oldest;
-    for (int r = 0; g->has_next && r < g->s.nx; ++r) {
-        g->ways[nth_way(g, r, 0)] = g->next_x[r] - g->x[r];
-        g->keeps[nth_way(g, r, 0)] = 1.0;
+    if (!g->has_next) return;
+    double *A = dependence_of(g, 0);
+    zero(A, (ptrdiff_t)nx * nx);
+    for (int r = 0; r < nx; ++r) {
+        A[r * nx + r] = 1.0;
+        g->ways[g->latest * nx + r] = g->next_x[r] - g->x[r];
+        g->was_read[g->latest * nx + r] = solved && g->data.sensors.age[r] == 0 && isfinite(g->late[r]);
     }
 }
 
-/* How much of a deviation a plan keeps until the next sample, where it makes `own` of it until the end of its first interval
- * and the sample is a share of that. */
-static inline double kept_until(double share, double own) { return clip(1.0 + share * (own - 1.0), 0.0, 1.0); }
-
-/* Which is known now, of the last plan. */
-static inline void expect_old_reading(rumo_guard *g, int r, double own) {
-    if (g->oldest && isfinite(own)) g->keeps[nth_way(g, r, 0)] = kept_until(g->monitor.share, own);
+/* The last way's dependence has become that of the first interval, of which the next sample is a share. */
+static void expect_old_readings(rumo_guard *g) {
+    const int nx = g->s.nx;
+    double *A = dependence_of(g, 0);
+    const int usable = all_finite(A, nx * nx);
+    for (int i = 0; i < nx * nx; ++i) {
+        const double same = i % (nx + 1) == 0;
+        A[i] = usable ? same + g->monitor.share * (A[i] - same) : same;
+    }
 }
 
 /* The last plan is not followed after all: the next one takes its place. */
 RARE static void take_back_way(rumo_guard *g) {
-    if (g->known == 0) return;
-    g->latest = (g->latest + g->oldest - 1) % g->oldest;
-    --g->known;
+    if (g->oldest == 0) return;
+    g->latest = (g->latest + g->oldest) % (g->oldest + 1);
+    g->known = g->was_known;
 }
 
 #endif

@@ -54,7 +54,9 @@ static rumo_status admit(rumo_guard *g, const double *measured, const double *re
     double *x = unwound(g, measured);
     const rumo_status status = finite_sample(g, all_finite(reference, count));
     if (status != RUMO_OPTIMAL) return status;
-    return plausible(g, x, reach) ? RUMO_OPTIMAL : RUMO_BAD_MEASUREMENT;
+    if (!plausible(g, x, reach)) return RUMO_BAD_MEASUREMENT;
+    bring_to_now(g, x);
+    return RUMO_OPTIMAL;
 }
 
 static const double *taken(const rumo_guard *g) { return g->taken; }
@@ -71,6 +73,10 @@ static void expect(rumo_guard *g, const double *A) {
         double change = g->x[r] - g->next_x[r];
         for (int j = 0; j < nx; ++j) change += A[r * nx + j] * (g->next_x[j] - g->x[j]);
         expect_reading(g, r, A[r * nx + r], change);
+    }
+    if (g->oldest) {
+        copy(dependence_of(g, 0), A, nx * nx);
+        expect_old_readings(g);
     }
     g->monitor.fresh = 0;
 }

@@ -40,7 +40,7 @@ static rumo_status follow(rumo_guard *g, int solved, rumo_status cause) {
     ++g->counts[g->followed = (int)status];
     g->has_next = status != RUMO_PLAN_EXHAUSTED;
     if (g->has_next) shift_plan(g);
-    follow_way(g);
+    follow_way(g, solved);
     g->monitor.due = 1;
     for (int r = 0; g->has_next && r < nx; ++r) g->moved[r] = fabs(g->next_x[r] - x[r]);
     /* A guess from which the solver came to nothing is not kept: the next measurement gives a new one, at rest. If that

@@ -228,7 +228,7 @@ static int plausible(rumo_guard *g, double *x, const double *reach) {
     for (int r = 0; r < nx; ++r) {
         if (g->out[r]) {
             x[r] = g->next_x[r];
-            g->late[r] = 0.0;
+            g->late[r] = NAN;
         } else {
             g->held[r] = 0;
         }

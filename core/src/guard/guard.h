@@ -48,10 +48,14 @@ struct rumo_guard {
 
     double *taken;                        /* (nx,): the measurement as it is used, */
     double *read;                         /* and as sensors gave it, but for full turns: the same array where none are old */
-    double *late;                         /* (nx,): innovations of old readings, at their time; 0 once they are used */
-    double *ways, *keeps;                 /* (oldest, nx): how far plans went until the sample after theirs, and the share of
-                                             a deviation that was left of it then; */
-    int oldest, known, latest;            /* room for so many, how many are known, and the row of the last; see age.c */
+    double *late;                         /* (nx,): innovations of old readings, at their time; 0 once they are used, and NaN
+                                             of any reading that is held back */
+    double *ways, *dependences;           /* (oldest + 1, nx), (oldest + 1, nx, nx): how far plans went until the sample after
+                                             theirs, and how that depends on theirs; */
+    int *was_read;                        /* (oldest + 1, nx): whether what is believed of theirs is a reading; */
+    int oldest, known, was_known, latest; /* how many are looked at, are known, and were before the last sample, and the row of
+                                             the last; see age.c */
+    double *wrong;                        /* (2, nx): what was believed wrongly, and of the sample after */
     double *last_x;                       /* (nx,): the last plausible sample, as it was read, */
     int has_last, changes, repeats;       /* how many differed from the one before, up to GATE_CHANGES, or did not */
     double *smallest, *stayed;            /* (nx,): smallest difference of readings, and how far they should have moved */
@@ -81,8 +85,11 @@ static void lay_out_guard(arena *a, rumo_guard *g, const rumo_guard_data *data, 
     const dims s = g->s = dims_of(&data->sizes);
     g->data = *data;
     g->oldest = oldest;
-    g->ways = alloc_doubles(a, (ptrdiff_t)oldest * s.nx);
-    g->keeps = alloc_doubles(a, (ptrdiff_t)oldest * s.nx);
+    const ptrdiff_t ways = oldest ? oldest + 1 : 0;
+    g->ways = alloc_doubles(a, ways * s.nx);
+    g->dependences = alloc_doubles(a, ways * s.nx * s.nx);
+    g->was_read = alloc_ints(a, ways * s.nx);
+    g->wrong = alloc_doubles(a, oldest ? 2 * s.nx : 0);
     g->late = alloc_doubles(a, s.nx);
     g->next_u = alloc_doubles(a, s.N * s.nu);
     g->next_x = alloc_doubles(a, (s.N + 1) * s.nx);
@@ -131,7 +138,7 @@ RARE static void reset_guard(rumo_guard *g) {
     zero(g->health, 3 * g->s.nx);
     g->symptoms = 0;
     reset_monitor(&g->monitor, g->s.nx);
-    g->repeats = g->changes = g->has_last = g->learned = g->missing = g->surprised = g->known = g->latest = 0;
+    g->repeats = g->changes = g->has_last = g->learned = g->missing = g->surprised = g->known = g->was_known = g->latest = 0;
     for (int r = 0; r < g->s.nx; ++r) {
         g->smallest[r] = g->stayed[r] = g->median[r] = g->before[r] = g->moved[r] = 0.0;
         g->held[r] = g->out[r] = 0;

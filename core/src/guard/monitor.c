@@ -98,8 +98,8 @@ static void find_leaving(rumo_guard *g, const double *x) {
     m->fresh = 1;
 }
 
-/* Whether it is time to say what the next readings depend on: once a sample, for those who have a plan and look at it. What was said holds
- * if the same sample is prepared again. */
+/* Whether it is time to say what the next readings depend on: once a sample, for those who have a plan and look at it. What was
+ * said holds if the same sample is prepared again. */
 static int begin_expecting(rumo_guard *g) {
     monitor *m = &g->monitor;
     const rumo_shift *shift = &g->data.shift;
@@ -118,9 +118,8 @@ static int begin_expecting(rumo_guard *g) {
 static void expect_reading(rumo_guard *g, int r, double own, double change) {
     monitor *m = &g->monitor;
     const rumo_sensors *sensors = &g->data.sensors;
-    const double lasts = kept_until(m->share, own), way = fabs(g->next_x[r] - g->x[r]);
+    const double lasts = clip(1.0 + m->share * (own - 1.0), 0.0, 1.0), way = fabs(g->next_x[r] - g->x[r]);
     if (!isfinite(own) || !isfinite(change)) m->expects = 0;
-    expect_old_reading(g, r, own);
     if (m->fresh) { /* learn of the last sample */
         const double further = m->way[r] - MONITOR_FURTHER * m->went[r];
         if (MONITOR_UNKNOWN * further > m->unit[r]) m->learned[r] = m->beyond[r] = 0; /* anew where it goes further than ever */

@@ -16,7 +16,7 @@ static inline double next_to(double angle, double turn, double to) {
     return angle - turn * floor(apart / turn + 0.5);
 }
 
-/* The measurement with old readings brought to now, and with its angles next to what is predicted or, without a plan, to the
+/* The measurement as it is judged: old readings with the ways since, each by itself, and with its angles next to what is predicted or, without a plan, to the
  * last plausible sample. */
 static double *unwound(rumo_guard *g, const double *x) {
     const double *to = g->has_next ? g->next_x : g->has_last ? g->last_x : x, *turn = g->data.sensors.turn;
@@ -29,7 +29,8 @@ static double *unwound(rumo_guard *g, const double *x) {
         const int is_late = ways_back(g, r) > 0; /* then there is a plan */
         const double then = is_late ? believed(g, r) : to[r];
         g->read[r] = next_to(x[r], turn[r], then);
-        g->taken[r] = is_late ? brought_to_now(g, r, then) : g->read[r];
+        g->late[r] = is_late ? g->read[r] - then : 0.0;
+        g->taken[r] = is_late ? g->next_x[r] + g->late[r] : g->read[r];
     }
     return g->taken;
 }

@@ -159,7 +159,8 @@ class Guard:
         self._guard.expect(np.ascontiguousarray(A, dtype=float))
 
     def unwound(self, x: Array) -> Array:
-        """A measurement (nx,) with old readings brought to now, and angles next to what is predicted."""
+        """A measurement (nx,) as it is judged: old readings with how far plans have gone since, each by itself, and
+        angles next to what is predicted. `taken` is what all that are used say of now."""
         taken = np.empty(self._sizes["states"])
         self._guard.unwound(np.ascontiguousarray(x, dtype=float), taken)
         return taken

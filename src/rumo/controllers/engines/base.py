@@ -187,7 +187,17 @@ class Method(ABC):
         """Solve for a finite measurement x (nx,) and reference, by signal (N + 1,); None if nothing came of it."""
 
     def dependence(self, plan: Trajectory) -> Array:
-        """How the state at the end of a plan's first interval depends on that at its beginning, A (nx, nx).
+        """How the state at the end of a plan's first interval depends on that at its beginning.
+
+        Parameters
+        ----------
+        plan : Trajectory
+            The last one.
+
+        Returns
+        -------
+        ndarray, shape (nx, nx)
+            A.
 
         Raises
         ------

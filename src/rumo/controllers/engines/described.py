@@ -113,9 +113,11 @@ def limits_of(problem: Problem) -> dict[str, Array]:
     return {name: getattr(problem.numbers, name) for name in BOUNDS}
 
 
-def guard_of(transcription: Transcription, settings: ControllerSettings) -> Guard:
-    """The failure policy of a problem, for a method in Python."""
+def guard_of(transcription: Transcription, settings: ControllerSettings, read: bool = True) -> Guard:
+    """The failure policy of a problem, for a method in Python; of sensors only angles where states are not `read`."""
     values = limits_of(transcription.problem) | _placed(transcription)
+    if not read:
+        values = {name: v for name, v in values.items() if not name.startswith("sensors_") or name == "sensors_turn"}
     return Guard(_sizes(transcription.problem), values, core_settings(settings))
 
 

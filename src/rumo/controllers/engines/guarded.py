@@ -40,6 +40,8 @@ class Guarded:
         The gate among them.
     backend : str
         What users call it.
+    read : bool
+        Whether measurements are what sensors read; else states of now, which another engine has judged.
 
     Attributes
     ----------
@@ -49,11 +51,11 @@ class Guarded:
         Where the last reference of each angle began, without jumps of a turn: there the next one goes on.
     """
 
-    def __init__(self, method: Method, settings: ControllerSettings, backend: str = "numpy") -> None:
+    def __init__(self, method: Method, settings: ControllerSettings, backend: str = "numpy", read: bool = True) -> None:
         self.backend = backend
         self.method = method
         self._lock = SharedLock()
-        self._guard = guard_of(method.transcription, settings)
+        self._guard = guard_of(method.transcription, settings, read)
         self._guess: Trajectory | None = None  # where the next step linearises or starts from
         self._wanted: Mapping[str, Array] | None = None  # the last reference
         self.begins: dict[str, float] = {}

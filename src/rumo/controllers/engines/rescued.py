@@ -54,7 +54,7 @@ class Rescued:
         self._lock = SharedLock()
         self.engine = engine
         nlp = replace(nlp, gate=None)  # the engine has one
-        self._nlp = Guarded(Ipopt(transcription, nlp, timed=True), nlp, "ipopt")
+        self._nlp = Guarded(Ipopt(transcription, nlp, timed=True), nlp, "ipopt", read=False)
         self._most, self.backend = seconds, engine.backend
         self.configure(settings)
 
