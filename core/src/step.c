@@ -72,7 +72,7 @@ static void expect_readings(rumo_controller *ctl) {
     }
     if (!begin_expecting(g)) return;
     double *A = g->oldest ? dependence_of(g, 0) : NULL;
-    if (A) zero(A, (ptrdiff_t)ctl->s.nx * ctl->s.nx);
+    if (A) zero(A, ctl->s.nx * ctl->s.nx);
     for (int r = 0; r < ctl->s.nx; ++r) {
         double own = 0.0, change = g->x[r] - g->next_x[r];
         for (int e = m->map.start[r]; e < m->end_of_A[r]; ++e) {

@@ -83,7 +83,7 @@ static void follow_way(rumo_guard *g, int solved) {
     g->known = !g->has_next ? 0 : g->known < g->oldest ? g->known + 1 : g->oldest;
     if (!g->has_next) return;
     double *A = dependence_of(g, 0);
-    zero(A, (ptrdiff_t)nx * nx);
+    zero(A, nx * nx);
     for (int r = 0; r < nx; ++r) {
         A[r * nx + r] = 1.0;
         g->ways[g->latest * nx + r] = g->next_x[r] - g->x[r];
