@@ -55,17 +55,26 @@ def advanced(x, force, decay):
     return np.array([x[0] + H * speed, speed, (x[2] + H * force) / (1.0 + H * decay)])
 
 
-def driven(controller, ages, samples, decay=0.0, kicks=None, spoil=None):
-    """States (K, 3) that the wagon had, those that its plans begin with, and the plans."""
-    x, history, plans = np.array([0.5, 0.2, 0.3]), [], []
+def simulated(controller, ages, samples, x, wanted, after, kicks=None, spoil=None):
+    """States (K, nx) that a plant had, `after` one and an input each, those that plans begin with, and the plans."""
+    x, history, plans = np.array(x), [], []
     for k in range(samples):
         x = x + (kicks or {}).get(k, 0.0)
         history.append(x)
         read = np.array([history[max(k - age, 0)][i] for i, age in enumerate(ages)])
-        plan = controller.step(read if spoil is None else spoil(k, read), STILL)
+        plan = controller.step(read if spoil is None else spoil(k, read), wanted)
         plans.append(plan)
-        x = advanced(x, plan.command.values[0], decay)
+        x = np.array(after(x, plan.command.values))
     return np.array(history), np.array([plan.x.values[0] for plan in plans]), plans
+
+
+def driven(controller, ages, samples, decay=0.0, kicks=None, spoil=None):
+    """The same of the wagon."""
+
+    def after(x, force):
+        return advanced(x, force[0], decay)
+
+    return simulated(controller, ages, samples, [0.5, 0.2, 0.3], STILL, after, kicks, spoil)
 
 
 @pytest.mark.parametrize(
@@ -135,16 +144,12 @@ def coupled(stiffness, **changes):
 
 def told_of(controller, ages, samples, x, wanted, spoil=None, kicks=None):
     """How far plans begin from where the plant is (K, nx), which is as its model says, and the plans."""
-    history, errors, plans, x = [], [], [], np.array(x)
-    for k in range(samples):
-        x = x + (kicks or {}).get(k, 0.0)
-        history.append(x)
-        read = np.array([history[max(k - age, 0)][i] for i, age in enumerate(ages)])
-        plan = controller.step(read if spoil is None else spoil(k, read), wanted)
-        plans.append(plan)
-        errors.append(plan.x.values[0] - x)
-        x = np.array(controller.transcription.advance(x, plan.command.values)[0][: len(x)])
-    return np.array(errors), plans
+
+    def after(x, u):
+        return controller.transcription.advance(x, u)[0][: len(x)]
+
+    true, believed, plans = simulated(controller, ages, samples, x, wanted, after, kicks, spoil)
+    return believed - true, plans
 
 
 @pytest.mark.parametrize("backend", ["portable", "reference"])

@@ -104,7 +104,7 @@ static void learn(rumo_guard *g, int r, double innovation, double limit) {
 }
 
 /* What a sensor shows where nothing moves: four deviations that it is said to have, and two of its steps, if it has any. */
-static inline double shown(const rumo_guard *g, int r) {
+static inline double noise_and_steps(const rumo_guard *g, int r) {
     const rumo_sensors *sensors = &g->data.sensors;
     const int has_steps = g->monitor.repeated[r] == MONITOR_LEARNED;
     const double steps = larger(sensors->resolution[r], has_steps ? g->smallest[r] : 0.0);
@@ -114,7 +114,7 @@ static inline double shown(const rumo_guard *g, int r) {
 /* A reading that is used as it is. */
 static void use_reading(rumo_guard *g, int r, double innovation) {
     if (g->learned >= SURPRISE_LEARNED && innovation > SURPRISING * g->median[r])
-        g->surprised |= innovation > larger(SURPRISING_SHARE * span(g, r, g->s.N), shown(g, r));
+        g->surprised |= innovation > larger(SURPRISING_SHARE * span(g, r, g->s.N), noise_and_steps(g, r));
     g->before[r] = innovation;
 }
 

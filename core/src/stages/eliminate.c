@@ -18,8 +18,6 @@
 /* A pivot is kept unless eliminating its column changes another pivot by more than so many times that one. That is the same in
  * any units of equations and unknowns. */
 #define PATIENCE 8.0
-/* Rounds in which rows and columns are made equally large, one after the other. */
-#define SCALINGS 3
 
 /* Make the largest entry of a column the pivot, in each stage; rows are compared in the units that end them. */
 static inline void exchange_rows(double *restrict upper, double *restrict lower, int column, int length) {

@@ -119,8 +119,8 @@ static WITHIN void solve_equations(const equations *q, const double *numbers, in
 static void find_units(const equations *q, const double *M) {
     const rumo_factor *f = &q->problem->factor;
     for (int i = 0; i < f->unknowns; ++i) q->unit[i] = 1.0;
-    for (int sweep = 0; sweep < 6; ++sweep) {
-        const int of_rows = sweep % 2 == 0;
+    for (int round = 0; round < 2 * SCALINGS; ++round) {
+        const int of_rows = round % 2 == 0;
         double *const own = of_rows ? q->row_unit : q->unit, *const largest = q->kept;
         zero(largest, f->unknowns);
         for (int e = 0; e < f->outer + f->inner; ++e) {

@@ -18,6 +18,8 @@
 #define STEADY 1e2
 /* One that is less than this share of an entry below it is replaced by that share, so that there is a solution at all. */
 #define LEAST_PIVOT 1e-8
+/* Rounds in which rows and columns are made equally large, one after the other. */
+#define SCALINGS 3
 
 /* Entries are pivots, then what is below each of them, then what is right of each of them. */
 typedef struct block_pattern {
