@@ -16,6 +16,8 @@
 #define CONVERGING 0.5
 /* One that is less may be luck. */
 #define LEAST_CONTRACTION 0.05
+/* What inputs may lose of a step added to a guess, over their ranges, or over the longest step where that is longer. */
+#define MOST_LOST 1e-6
 /* The most that a state may be multiplied by within an interval. */
 #define FASTEST_GROWTH 1e8
 
@@ -133,6 +135,17 @@ RARE static int note_broken(rumo_controller *ctl, double allowed) {
     return count;
 }
 
+/* Inputs of guess and step; what free ones lose of the step, over their ranges. */
+static double add_up(double *u, const double *guess, const double *du, const double *scales, const dims *s) {
+    double lost = 0.0;
+    for (int k = 0; k < s->N; ++k)
+        for (int i = k * s->nu, j = 0; j < s->nu; ++i, ++j) {
+            u[i] = guess[i] + du[i];
+            if (k >= s->d) lost = larger(lost, fabs(u[i] - guess[i] - du[i]) / scales[j]);
+        }
+    return lost;
+}
+
 /* Guess and step make the plan; returns the status it deserves. */
 static WITHIN rumo_status expand(rumo_controller *ctl, const double *x, rumo_status status, rumo_plan *plan) {
     const rumo_problem *p = &ctl->problem;
@@ -140,7 +153,7 @@ static WITHIN rumo_status expand(rumo_controller *ctl, const double *x, rumo_sta
     const stage_maps *m = &ctl->stages;
     const stage_step *step = &ctl->step;
     double *u = plan_u(ctl), *states = plan_x(ctl);
-    for (int i = 0; i < s.N * s.nu; ++i) u[i] = m->guess_u[i] + step->du[i];
+    const double lost = add_up(u, m->guess_u, step->du, p->numbers.input_scales, &s);
     copy(states, x, s.nx);
     int violated = 0, broken = 0, usable = 1;
     for (int k = 0; k < s.N; ++k) {
@@ -159,6 +172,7 @@ static WITHIN rumo_status expand(rumo_controller *ctl, const double *x, rumo_sta
     if (s.ni) show_algebraic(ctl);
     if (!usable || !all_finite(ctl->numbers, s.N * s.nu + (s.N + 1) * s.nx)) return RUMO_SOLVER_FAILED;
     if (!all_finite(ctl->inner, s.ni * s.lanes)) return RUMO_SOLVER_FAILED;
+    if (lost > MOST_LOST * larger(1.0, step->size)) return RUMO_ILL_CONDITIONED;
     if (status == RUMO_OPTIMAL && broken) {
         /* As exactly as rows are asked to hold, in the units that they have in a solver. */
         plan->conflicts = note_broken(ctl, larger(RUMO_SLACK_TOLERANCE, MOST_INFLUENCE * ctl->settings.qp_tolerance));

@@ -114,3 +114,30 @@ def test_a_hard_bound_that_is_exceeded_at_the_measurement_is_named():
     plan = rumo.RealTimeIteration(problem, rumo.ExplicitEuler()).step([3.0, 0.0], {"position": 0.0})
     assert plan.cause is Status.SOLVER_FAILED
     assert plan.conflict
+
+
+@pytest.mark.parametrize("backend", [*BACKENDS, "ltv"])
+def test_inputs_so_large_that_steps_are_lost_in_them_lead_to_no_solution(backend):
+    """Two pumps against each other, without bounds: to 1e20 no step can be added, so no plan can come of it."""
+    flows = rumo.Model(
+        states={"level": "m"},
+        inputs={"filling": "m/s", "drain": "m/s"},
+        dynamics=lambda x, u, p: {"level": u.filling - u.drain},
+    )
+    problem = rumo.Problem(
+        flows,
+        horizon=5,
+        sampling_time=0.1,
+        track={"level": rumo.Weight(1.0)},
+        moves={name: rumo.Weight(0.1) for name in flows.inputs},
+    )
+    controller = controller_of(problem, backend)
+    controller.engage(applied=[1e20, 1e20], plan={"x": np.zeros((6, 1)), "u": np.full((5, 2), 1e20)})
+    for level in (0.0, 0.2, 0.1):
+        plan = controller.step([level], {"level": 1.0})
+        moved = np.diff(plan.x.values[:, 0])
+        if plan.status.solved:
+            np.testing.assert_allclose(moved, 0.1 * (plan.u.values[:, 0] - plan.u.values[:, 1]), atol=1e-6)
+        else:
+            assert plan.cause is Status.ILL_CONDITIONED
+    assert np.isfinite(plan.command.values).all()

@@ -80,6 +80,7 @@ class Solutions(Told):
         lost = times(np.abs(self.A), np.abs(self.x_g[:, :-1])) * 1e-13 + 0.1 * DYNAMICS * ends.max(
             axis=1, keepdims=True
         )
+        lost = lost + times(np.abs(self.B), np.abs(self.u_g)) * 1e-15  # and so does that to a guess of inputs
         lost = lost + SHIFT * self.longest * np.linalg.norm(self.S, axis=3)  # of what the inputs' ranges do
         off = np.abs(expected - self.dxz) - DYNAMICS * terms - lost
         doubtful = np.flatnonzero(~(off <= 1e-300).all(axis=(1, 2)))

@@ -28,6 +28,7 @@ FOUND = {
     170: "states that hardly move beside others",
     4280: "responses of 1e12 to an input's last digit",
     3370: "references of 1e20",
+    14789: "inputs of 1e283, in which steps are lost",
 }
 """Seeds of what was found once, in the core or in the judge."""
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from rumo.plan import DIAGNOSTICS
 from soak.driven import Drive
 from soak.stacked import turned
 from soak.verdict import Verdict
@@ -14,6 +15,7 @@ WILD = 1e5
 """States so many times as large as usual are not judged: of sines of such numbers few digits are left."""
 SHIFT = 1e-7
 """Of limits, over their scales, or over what the inputs' ranges do to them where that is less."""
+STEP = DIAGNOSTICS.index("step")
 HELD = 1.0
 """See `rumo_symptom` in rumo_core.h."""
 
@@ -26,7 +28,10 @@ class Told:
         self.steps = self._told(steps)
 
     def _told(self, steps: np.ndarray) -> np.ndarray:
-        """Find where plans come from: the last solution or, if that was dropped, the one before."""
+        """Find where plans come from: the last solution or, if that was dropped, the one before.
+
+        Where both lead to the same, it is the one whose step is as long as is told.
+        """
         of_solution, of_plan = self.judge_.layouts
         linearised = self.drive.solutions[steps].reshape(2 * len(steps), -1)
         states = (
@@ -40,7 +45,8 @@ class Told:
         u, room = of_plan.of(plans, "u"), SHIFT * self.problem.input_scales
         last = (self.drive.solved[steps] - 1) % 2
         x, rows = of_plan.of(plans, "x"), np.arange(len(steps))
-        origin, self.came_to = np.full(len(steps), -1), u.copy()
+        origin, self.came_to, nearest = np.full(len(steps), -1), u.copy(), np.full(len(steps), np.inf)
+        step_told = of_plan.of(plans, "diagnostics")[:, STEP]
         for candidate in (1 - last, last):
             chosen = solutions[rows, candidate]
             came_to, came_by = (of_solution.of(chosen, name) + of_solution.of(chosen, f"d{name}") for name in "ux")
@@ -48,8 +54,11 @@ class Told:
                 axis=1
             )
             lost = 1e-15 * (np.abs(u) + np.abs(of_solution.of(chosen, "u")))
-            same &= (np.abs(self._put_within(came_to) - u) <= room + lost).all(axis=(1, 2))
-            origin[same], self.came_to[same] = candidate[same], came_to[same]
+            same &= (np.abs(self._put_within(came_to, steps) - u) <= room + lost).all(axis=(1, 2))
+            longest = np.abs(of_solution.of(chosen, "du") / self.problem.input_scales).max(axis=(1, 2))
+            apart = np.nan_to_num(np.abs(longest - step_told), nan=np.finfo(float).max)
+            nearer = same & (apart <= nearest)
+            origin[nearer], self.came_to[nearer], nearest[nearer] = candidate[nearer], came_to[nearer], apart[nearer]
         self.verdict.blame(steps[origin < 0], "a plan comes from no solution")
         self.verdict.blame(steps[self.drive.solved[steps] == 0], "a plan was never solved")
         known = (origin >= 0) & (self.drive.solved[steps] > 0)
@@ -63,10 +72,14 @@ class Told:
         self.verdict.blame(steps[cut & inside.all(axis=1)], "a solution was out of bounds")
         return steps
 
-    def _put_within(self, u: np.ndarray) -> np.ndarray:
-        """Where the input before is out of bounds, so may one be on the way back: it is put within them."""
+    def _put_within(self, u: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        """Where the input before is out of bounds, so are some on the way back: put within moves and bounds."""
         d, numbers = self.problem.delay, self.problem.numbers
-        return np.concatenate([u[:, :d], np.clip(u[:, d:], numbers.input_lower[d:], numbers.input_upper[d:])], axis=1)
+        put, before = u.copy(), self.drive.decided[steps, -1]
+        for k in range(d, u.shape[1]):
+            moved = np.clip(u[:, k], before + numbers.move_lower, before + numbers.move_upper)
+            put[:, k] = before = np.clip(moved, numbers.input_lower[k], numbers.input_upper[k])
+        return put
 
     def blame(self, which, why) -> None:
         """As `Verdict.blame`, by a mask of those solved."""

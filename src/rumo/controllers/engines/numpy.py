@@ -28,6 +28,8 @@ from rumo.transcription import Transcription
 
 # Steps below this share of the inputs' ranges are rounding.
 NO_STEP = 1e-12
+# What inputs may lose of a step added to a guess, over their ranges, or over the longest step where that is longer.
+MOST_LOST = 1e-6
 
 Optimize = Callable[[SparseProgram, QpOptions], Solution]
 
@@ -178,7 +180,10 @@ class NumpyRti(Method):
         stages = horizon.stages
         constraints = affine(stages.G, (stages.D, dxz), (stages.E, du))
         trajectory = Trajectory(guess.u + du, states, inner)
-        return Candidate(trajectory, constraints, solution.status, self._diagnostics(v, solution.residual))
+        diagnostics = self._diagnostics(v, solution.residual)
+        lost = np.abs(trajectory.u - guess.u - du)[d:] / problem.input_scales
+        ill = solution.status.applicable and lost.max() > MOST_LOST * max(1.0, self.step_size)
+        return Candidate(trajectory, constraints, Status.ILL_CONDITIONED if ill else solution.status, diagnostics)
 
     def advance(self, x: Array, window: Mapping[str, Array], applied: Array) -> bool:
         """Iterate on the state that is expected, and what was wanted at the last sample, one sample later."""
