@@ -30,7 +30,10 @@ OFF = 0.05
 
 @dataclass(frozen=True)
 class Judged:
-    """A step, and how far commands are from the converged one: its own, and that of one iteration (NaN: not known)."""
+    """A step, and how far commands are from the converged one: its own, and that of one iteration (NaN: not known).
+
+    The first iteration was trusted where the step took no other.
+    """
 
     plan: rumo.Plan
     error: float
@@ -76,7 +79,9 @@ class JudgedIteration(rumo.RealTimeIteration):
         if last is not None:
             self._first.engage(applied=applied, plan=self._shifted(last))
             first = self._first.step(*known)
-            first_error, first_trusted = self._distance(first, best), first.trusted
+            first_error = self._distance(first, best)
+            again = np.isfinite(plan.diagnostics.contraction) or self._distance(plan, first) > 1e-9
+            first_trusted = plan.trusted and not again
         if self._random.random() < self._share:
             self._nlp.engage(applied=applied, plan=plan)
             optimum = self._nlp.step(*known)
