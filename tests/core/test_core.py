@@ -69,10 +69,8 @@ def test_has_no_variables(core_of):
     assert data == tables, "tables of functions are constant, but a loader fills in their addresses"
 
 
-@pytest.mark.parametrize(
-    ("program", "steps"),
-    [("test_steps", ""), ("test_update", ""), ("soak", 1_000), pytest.param("soak", 5_000, marks=pytest.mark.slow)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("program", "steps"), [("test_steps", ""), ("test_update", ""), ("soak", 5_000)])
 def test_tailored_under_sanitizers(program, steps, core_of, tailored_headers, tmp_path):
     flags = *SANITIZERS, *tailored_flags(tailored_headers)
     run_c(compile_test(compiler(), program, core_of("tailored"), tmp_path / program, *flags), steps)

@@ -115,7 +115,7 @@ def test_nor_does_it_through_an_estimator(estimator):
     np.testing.assert_allclose(log.plant.values, undisturbed.plant.values, atol=1e-6)
 
 
-@pytest.mark.parametrize("backend", ["portable", "reference"])
+@pytest.mark.parametrize("backend", ["portable", pytest.param("reference", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("of", ["measurement", "reference", "both"])
 def test_a_compass_that_goes_from_pi_to_minus_pi_makes_no_difference(backend, of):
     """A vehicle that turns all the time, by more than one turn within the run."""

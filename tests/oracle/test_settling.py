@@ -101,7 +101,7 @@ def test_without_iterations_to_settle_it_says_that_it_has_not(make):
 def test_engines_settle_alike(engine):
     rng = np.random.default_rng(1)
     problem, _, _ = beside_the_path(0.0, 0.0)
-    for _ in range(6):
+    for _ in range(3):
         _, x, reference = beside_the_path(rng.uniform(-3.0, 3.0), rng.uniform(-0.5, 0.5))
         plans = [
             rumo.RealTimeIteration(problem, gate=None, backend=backend).step(x, reference)

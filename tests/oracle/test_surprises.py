@@ -95,7 +95,7 @@ def test_a_jump_of_the_state_is_a_surprise(backend, gate):
     assert iterated(controller.step(plan.x.values[1] + [0.0, 0.01], {"x": 0.0}))
 
 
-@pytest.mark.parametrize("backend", ["portable", "reference"])
+@pytest.mark.parametrize("backend", ["portable", pytest.param("reference", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("gate", "told"), [(None, True), (rumo.InnovationGate(), True), (rumo.InnovationGate(), False)]
 )
