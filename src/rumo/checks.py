@@ -19,6 +19,7 @@ SMALLEST = float(np.finfo(float).tiny)
 """The smallest positive number whose reciprocal is a number."""
 FARTHEST = 2.0**1022
 """Two numbers up to this size have a difference."""
+LARGEST_FLOAT = float(np.finfo(float).max)
 
 
 def whole_number(value: object, argument: str, least: int, most: float = LARGEST) -> int:
@@ -34,7 +35,7 @@ def positive_number(value: object, argument: str) -> float:
     """`value` as a positive finite float; anything else raises, naming `argument`."""
     if not _is_number(value):
         raise ArgumentError(argument, repr(value), "a positive number")
-    number = _as_float(value)
+    number = as_float(value)
     if not 0.0 < number < np.inf:
         raise ArgumentError(argument, repr(value), "a positive finite number")
     if number < SMALLEST:
@@ -46,17 +47,19 @@ def non_negative_number(value: object, argument: str) -> float:
     """`value` as a float of at least 0; anything else raises, naming `argument`."""
     if not _is_number(value) or not value >= 0.0:
         raise ArgumentError(argument, repr(value), "a number of at least 0")
-    return _as_float(value)
+    if as_float(value) != value and as_float(value) == np.inf:
+        raise ArgumentError(argument, repr(value), f"a number of at least 0, at most {LARGEST_FLOAT:.4g} or infinite")
+    return as_float(value)
 
 
 def finite_number(value: object, argument: str) -> float:
     """`value` as a finite float; anything else raises, naming `argument`."""
-    if not _is_number(value) or not np.isfinite(_as_float(value)):
+    if not _is_number(value) or not np.isfinite(as_float(value)):
         raise ArgumentError(argument, repr(value), "a finite number")
     return float(value)
 
 
-def _as_float(value: float) -> float:
+def as_float(value: float) -> float:
     """Whole numbers beyond the largest float are as good as infinite."""
     try:
         return float(value)

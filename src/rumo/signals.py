@@ -64,11 +64,6 @@ class Signals:
         """Units in vector order."""
         return tuple(self._units.values())
 
-    @property
-    def angles(self) -> NDArray[np.bool_]:
-        """Which signals are angles (n,): those in rad, for which a full turn is no difference."""
-        return np.array([unit == "rad" for unit in self.units])
-
     def unit(self, name: str) -> str:
         """Unit of one signal."""
         return self._units[name]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import FARTHEST, as_numbers, checked
+from rumo.checks import FARTHEST, as_float, as_numbers, checked
 from rumo.errors import ArgumentError, ShapeError
 from rumo.model import Expression
 from rumo.signals import Array
@@ -152,7 +152,6 @@ def check_penalty(penalty: Penalty | None, argument: str) -> None:
     for name, price in (("l1", penalty.l1), ("l2", penalty.l2)):
         if not isinstance(price, int | float | np.number):
             raise ArgumentError(f"{argument}.{name}", repr(price), "a number")
-    if not 0.0 < penalty.l1 < np.inf or not 0.0 <= penalty.l2 < np.inf:
-        raise ArgumentError(
-            argument, f"l1={penalty.l1:g}, l2={penalty.l2:g}", "l1 > 0 and l2 >= 0, both finite", "l1 makes it exact."
-        )
+    l1, l2 = as_float(penalty.l1), as_float(penalty.l2)
+    if not 0.0 < l1 < np.inf or not 0.0 <= l2 < np.inf:
+        raise ArgumentError(argument, f"l1={l1:g}, l2={l2:g}", "l1 > 0 and l2 >= 0, both finite", "l1 makes it exact.")

@@ -43,6 +43,16 @@ def turning(heading, **changes):
     return rumo.Problem(model, **(settings | changes))
 
 
+def still(x):
+    """Nothing depends on the heading but where it goes."""
+    return 0.0
+
+
+def held(x):
+    """By a spring, which counts turns."""
+    return -0.1 * x.heading
+
+
 @pytest.mark.parametrize(
     ("heading", "found"),
     [
@@ -62,9 +72,6 @@ def test_angles_are_found_by_what_the_model_does_with_them(heading, found):
 
 
 def test_what_else_depends_on_an_angle_counts():
-    def still(x):
-        return 0.0
-
     assert angles(turning(still, bounds={"rate": (-2.0, 2.0), "heading": (-1.0, 1.0)})) == []
     limit = {"front": rumo.Constraint(lambda x, u, p: ca.cos(x.heading) - 0.9)}
     assert angles(turning(still, constraints=limit)) == ["heading"]
@@ -113,6 +120,25 @@ def test_nor_does_it_through_an_estimator(estimator):
     undisturbed = scenario.run(controller)
     log = replace(scenario, faults=(Offset(range(50, 55), "psi", TURN),)).run(controller)
     np.testing.assert_allclose(log.plant.values, undisturbed.plant.values, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "estimator",
+    [
+        rumo.Butterworth(cutoff=1.0),
+        rumo.ExtendedKalman({"aside": 0.1, "heading": 0.1}, {"aside": 0.1, "heading": 0.1}),
+    ],
+    ids=["low-pass", "kalman"],
+)
+@pytest.mark.parametrize(
+    ("heading", "known", "angle"), [(still, None, True), (still, False, False), (held, None, False), (held, True, True)]
+)
+def test_estimators_take_for_angles_what_the_problem_does(estimator, heading, known, angle):
+    problem = turning(heading, measurements={"heading": rumo.Measurement(angle=known)})
+    running = estimator.start(problem)
+    for reading in (0.0, 0.0, TURN, TURN):
+        estimate = running.update(np.array([0.0, reading]), np.zeros(1), np.zeros(0)).x[1]
+    assert (abs(estimate) < 1e-9) == angle
 
 
 @pytest.mark.parametrize("backend", ["portable", pytest.param("reference", marks=pytest.mark.slow)])

@@ -687,6 +687,17 @@ BEYOND = {
     "steps[3]": (lambda: rumo.Grid.geometric(4, 1.0, 1e150, equal=1),),
     "QpOptions.tolerance": (lambda: rumo.QpOptions(tolerance=5e-324),),
     "InnovationGate.width": (lambda: InnovationGate(width=10**400),),
+    "trusted_step": (lambda: rumo.Settings(trusted_step=10**400),),
+    "tolerance": (lambda: rumo.Settings(tolerance=10**400),),
+    "constraints['far'].penalty": (
+        lambda: pendulum(constraints={"far": rumo.Constraint(lambda x, u, p: x.angle, rumo.Penalty(10**400))}),
+        lambda: pendulum(constraints={"far": rumo.Constraint(lambda x, u, p: x.angle, rumo.Penalty(1.0, 10**400))}),
+    ),
+    "Measurement.noise": (lambda: rumo.Measurement(noise=10**400),),
+    "duration": (
+        lambda: rumo.Scenario(pendulum(), model(), [0.1, 0.0], {"angle": 0.0}, 1e308),
+        lambda: rumo.Scenario(pendulum(), model(), [0.1, 0.0], {"angle": 0.0}, 10**400),
+    ),
 }
 
 

@@ -30,7 +30,7 @@ class Butterworth:
     order: int = 1
 
     def start(self, problem: Problem, measured: Sequence[str] | None = None) -> RunningButterworth:
-        """Return a filter for the states of the problem's model, all measured; those in rad are unwrapped."""
+        """Return a filter for the states of the problem's model, all measured; the problem's angles are unwrapped."""
         nyquist = 0.5 / problem.sampling_time
         cutoff = self.cutoff
         if not isinstance(cutoff, int | float | np.number) or not 0.0 < cutoff < nyquist:
@@ -40,7 +40,7 @@ class Butterworth:
 
         sections = signal.butter(self.order, self.cutoff, fs=2.0 * nyquist, output="sos")
         columns = state_columns(problem.model, measured)
-        return RunningButterworth(np.asarray(sections), problem.model.states.angles, columns)
+        return RunningButterworth(np.asarray(sections), problem.sensors.turn > 0.0, columns)
 
 
 class RunningButterworth:

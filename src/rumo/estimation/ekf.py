@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from rumo.checks import as_mapping, whole_number
 from rumo.errors import ArgumentError
@@ -46,7 +47,10 @@ class ExtendedKalman:
     late: Mapping[str, int] = field(default_factory=dict[str, int])
 
     def start(self, problem: Problem, measured: Sequence[str] | None = None) -> RunningExtendedKalman:
-        """Return a filter for the problem's model, discretised by implicit Euler; innovations in rad are wrapped."""
+        """Return a filter for the problem's model, discretised by implicit Euler.
+
+        Innovations of angles are wrapped: of states that are angles to the problem, and of what else is in rad.
+        """
         states, signals = problem.model.states, measured_signals(problem.model, measured)
         noise, process = (
             _variances(signals, self.noise, "ExtendedKalman.noise"),
@@ -74,6 +78,14 @@ def _variances(signals: Signals, deviations: Mapping[str, float], argument: str)
         if value <= 0.0:
             raise ArgumentError(f"{argument}[{name!r}]", f"{value:g}", "a positive standard deviation")
     return sigma**2
+
+
+def _angles(problem: Problem, signals: Signals) -> NDArray[np.bool_]:
+    """For which of the measured signals a full turn is no difference (m,)."""
+    states, turn = problem.model.states, problem.sensors.turn
+    return np.array(
+        [turn[states.index(name)] > 0.0 if name in states else signals.unit(name) == "rad" for name in signals]
+    )
 
 
 def measurement_function(model: Model, names: Sequence[str]) -> ca.Function:
@@ -113,7 +125,7 @@ class RunningExtendedKalman:
         states = problem.model.states
         self._transcription = transcription
         self._measurement = measurement_function(problem.model, signals.names)
-        self._angles = signals.angles
+        self._angles = _angles(problem, signals)
         self._noise, self._process, self._late = noise, process, late
         self._first, self._spread = x, np.diag(spread)
         self._grid = np.array([]) if problem.uniform else problem.steps[:1]  # what `given` adds to the parameters

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import as_mapping, checked, whole_number
+from rumo.checks import LARGEST, as_mapping, checked, whole_number
 from rumo.controllers import Controller, RealTimeIteration
 from rumo.discretization import Discretization
 from rumo.errors import ArgumentError, UnknownNameError
@@ -102,6 +102,8 @@ class Scenario:
         duration = self.duration
         if not isinstance(duration, int | float | np.number) or not (dt <= duration < np.inf or isclose(duration, dt)):
             raise ArgumentError("duration", repr(duration), f"at least one sampling time of {dt:g} s, finite")
+        if duration > LARGEST * dt:
+            raise ArgumentError("duration", repr(duration), f"at most {LARGEST * dt:.4g} s, which is {LARGEST} samples")
         whole_number(self.seed, "seed", 0, most=np.inf)
         check_plant(self.plant)
         as_reference(self.reference)
