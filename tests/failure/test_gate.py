@@ -1,5 +1,6 @@
 """The innovation gate: holds back what cannot be, and cannot lock itself out."""
 
+import casadi as ca
 import numpy as np
 import pytest
 from problems import car, cooled_reactor, made_with, pendulum, stiff_reactor, swinging_cart
@@ -295,6 +296,21 @@ def test_what_is_usual_is_learned(backend):
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+def test_a_sensor_may_be_off_by_what_it_is_said_to_be(noise, backend):
+    """However good it was before."""
+    slow = {"angle": rumo.Weight(1.0), "rate": rumo.Weight(0.1)}
+    problem = pendulum(track=slow, horizon=20, measurements={"angle": rumo.Measurement(noise=noise)})
+    controller, x = rumo.RealTimeIteration(problem, backend=backend), np.array(GOOD)
+    for _ in range(60):
+        x = controller.step(x, REFERENCE).x.values[1]
+    for jump, passes in ((0.3, noise > 0.0), (1.5, False)):
+        plan = controller.step(x + np.array([jump, 0.0]), REFERENCE)
+        assert (plan.status is Status.OPTIMAL) == passes
+        x = plan.x.values[1]
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
 def test_noise_of_a_car_at_rest_is_no_fault(backend):
     """At rest steering moves nothing sideways, so that there is nothing to compare noise with."""
     problem, x, reference = car()
@@ -338,6 +354,43 @@ def test_a_thermometer_of_coarse_steps_is_not_frozen(backend, told):
     last = round(x, 1)
     frozen = [controller.step([last], {"temperature": 40.0}).status for _ in range(8)]
     assert Status.BAD_MEASUREMENT in frozen, "but what stays while the plant moves on is"
+
+
+@pytest.mark.parametrize("coarse", [0.05, 0.2, 1.0])
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_sensors_that_are_not_said_to_be_coarse_are_not_frozen_nor_held_back(backend, coarse):
+    """A boat goes a few steps of its sensors in each of its samples, or fewer."""
+    model = rumo.Model(
+        states={"p_x": "m", "p_y": "m", "yaw": "rad", "rate": "rad/s", "speed": "m/s"},
+        inputs={"rudder": "1", "thrust": "m/s^2"},
+        dynamics=lambda x, u, p: {
+            "p_x": x.speed * ca.cos(x.yaw),
+            "p_y": x.speed * ca.sin(x.yaw),
+            "yaw": x.rate,
+            "rate": 2.0 * (u.rudder * x.speed - x.rate),
+            "speed": u.thrust - 0.5 * x.speed,
+        },
+    )
+    problem = rumo.Problem(
+        model,
+        horizon=20,
+        sampling_time=0.2,
+        delay=1,
+        track={"p_y": rumo.Weight(1.0, 5.0), "yaw": rumo.Weight(0.1), "speed": rumo.Weight(1.0, 2.0)},
+        moves={"rudder": rumo.Weight(0.1), "thrust": rumo.Weight(0.1)},
+        bounds={"rudder": (-1.0, 1.0), "thrust": (-2.0, 2.0)},
+    )
+    controller, steps = rumo.RealTimeIteration(problem, backend=backend), coarse * np.array([0.5, 0.5, 0.05, 0.05, 0.1])
+    x, applied, plans = np.array([0.0, 0.0, 0.0, 0.0, 1.0]), np.zeros(2), []
+    for k in range(300):
+        ahead = 0.2 * (k + np.arange(21))
+        wanted = {"p_y": 3.0 * np.sin(0.02 * ahead), "yaw": 0.0, "speed": 1.0}
+        plans.append(controller.step(steps * np.round(x / steps), wanted))
+        x = controller.transcription.advance(x, applied)[0][:5]
+        applied = plans[-1].command.values
+    assert Status.BAD_MEASUREMENT not in [plan.status for plan in plans]
+    held = [symptom for plan in plans[100:] for symptom in plan.health if symptom.kind == "held"]
+    assert len(held) <= 3
 
 
 @pytest.mark.parametrize("make", CONTROLLERS)

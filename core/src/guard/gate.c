@@ -43,12 +43,18 @@ static inline int is_repeated(const rumo_guard *g) {
     return g->has_last && memcmp(g->read, g->last_x, (size_t)g->s.nx * sizeof *g->read) == 0;
 }
 
+/* The smallest difference that a sensor shows, as it is said to, or as is seen of one that often repeats itself; else 0. */
+static inline double shown_step(const rumo_guard *g, int r) {
+    const int has_steps = g->monitor.repeated[r] == MONITOR_LEARNED;
+    return larger(g->data.sensors.resolution[r], has_steps ? g->smallest[r] : 0.0);
+}
+
 /* Up to where an innovation is no surprise, whatever the inputs can do: as those were that went before. */
 static inline double known(const rumo_guard *g, int r) {
     const rumo_sensors *sensors = &g->data.sensors;
-    const double told = GATE_DEVIATIONS * g->gate_width * sensors->noise[r] + 2.0 * sensors->resolution[r];
+    const double noise = GATE_DEVIATIONS * g->gate_width * sensors->noise[r], told = noise + 2.0 * sensors->resolution[r];
     if (g->learned < GATE_LEARNED) return told > 0.0 ? told : GATE_FLOOR;
-    return larger(GATE_MEDIANS * g->gate_width * g->median[r], told);
+    return larger(GATE_MEDIANS * g->gate_width * g->median[r], noise + 2.0 * shown_step(g, r));
 }
 
 /* The same where nothing else of the sample is suspicious: more while innovations grow, or the plan moves. */
@@ -105,10 +111,7 @@ static void learn(rumo_guard *g, int r, double innovation, double limit) {
 
 /* What a sensor shows where nothing moves: four deviations that it is said to have, and two of its steps, if it has any. */
 static inline double noise_and_steps(const rumo_guard *g, int r) {
-    const rumo_sensors *sensors = &g->data.sensors;
-    const int has_steps = g->monitor.repeated[r] == MONITOR_LEARNED;
-    const double steps = larger(sensors->resolution[r], has_steps ? g->smallest[r] : 0.0);
-    return GATE_NORMAL * SURPRISING * sensors->noise[r] + 2.0 * steps;
+    return GATE_NORMAL * SURPRISING * g->data.sensors.noise[r] + 2.0 * shown_step(g, r);
 }
 
 /* A reading that is used as it is. */
@@ -153,8 +156,10 @@ static int is_frozen(rumo_guard *g, const double *x, const double *reach) {
         if (reach[r] == 0.0) continue;
         const double innovation = fabs(x[r] - g->next_x[r]);
         g->stayed[r] += innovation;
-        const double shown = GATE_STEPS * larger(g->data.sensors.resolution[r], g->smallest[r]);
-        moved |= innovation > GATE_MOTION * (reach[r] + span(g, r, gate_stages(&g->s))) && g->stayed[r] > shown;
+        const double step = larger(g->data.sensors.resolution[r], g->smallest[r]);
+        if (step == 0.0) continue; /* a sensor that has shown none may have any */
+        const int shows = g->stayed[r] > GATE_STEPS * step;
+        moved |= shows && innovation > GATE_MOTION * (reach[r] + span(g, r, gate_stages(&g->s)));
     }
     return moved && g->changes == GATE_CHANGES;
 }
