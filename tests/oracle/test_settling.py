@@ -152,6 +152,27 @@ def test_the_error_of_the_command_is_an_estimate_that_holds():
     assert covered >= 0.98 * told
 
 
+@pytest.mark.parametrize(("engine", "samples"), [("reference", 6), ("portable", 25)])
+def test_guesses_that_stray_are_repaired_also_after_others_that_did(engine, samples):
+    """Each sample is metres and half a radian from the one before; most settle, and those that do are right."""
+    rng = np.random.default_rng(5)
+    problem, _, _ = beside_the_path(0.0, 0.0)
+    controller = rumo.RealTimeIteration(problem, gate=None, backend=engine)
+    converging = rumo.RealTimeIteration(problem, gate=None, sqp_iterations=300, tolerance=1e-10, backend="portable")
+    errors = []
+    for _ in range(samples):
+        _, x, reference = beside_the_path(rng.uniform(-6.0, 6.0), rng.uniform(-1.0, 1.0), rng.uniform(4.0, 14.0))
+        applied = controller.applied
+        plan = controller.step(x, reference)
+        assert plan.status.applicable
+        if plan.trusted:
+            converging.engage(applied=applied, plan=plan)
+            optimum = converging.step(x, reference)
+            errors.append(apart(problem, plan.u.values[problem.delay], optimum.u.values[problem.delay]))
+    assert len(errors) > 0.6 * samples
+    assert max(errors) < 0.05
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_guess_from_which_no_way_leads_on_is_given_up(engine):
     """The tank is fuller than planned; from the old plan every share of the step leads to negative levels."""
