@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from problems import car, pendulum, swinging_cart, tank
+from problems import car, cooled_reactor, pendulum, swinging_cart, tank
 
 import rumo
 from rumo import Status
@@ -184,6 +184,23 @@ def test_a_guess_from_which_no_way_leads_on_is_given_up(engine):
     fresh.applied = [plan.u.values[0]]
     assert plan.trusted
     assert apart(tank(), plan.u.values, fresh.step([1.0], {"level": 0.02}).u.values) < 1e-9
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_tiny_step_after_a_large_one_settles_nothing(engine):
+    """The second step moves no input away from its bound, the third does, by all of its range in the end."""
+    problem, x, reference = cooled_reactor()
+    controller = rumo.RealTimeIteration(problem, backend=engine)
+    for _ in range(30):
+        x = controller.step(x, reference).x.values[1]
+    applied = controller.applied
+    jumped = [2.46521, 0.66446, 80.5747, 86.4267]
+    plan = controller.step(jumped, reference)
+    converging = rumo.RealTimeIteration(problem, gate=None, sqp_iterations=300, tolerance=1e-10, backend="portable")
+    converging.engage(applied=applied, plan=plan)
+    optimum = converging.step(jumped, reference)
+    assert plan.status.applicable
+    assert apart(problem, plan.u.values[0], optimum.u.values[0]) < 0.05 or not plan.trusted
 
 
 def test_a_curved_limit_that_full_steps_go_around():
