@@ -149,7 +149,7 @@ def test_the_error_of_the_command_is_an_estimate_that_holds():
         told += 1
         covered += error <= plan.diagnostics.command_error
     assert told > 100
-    assert covered >= 0.98 * told
+    assert covered >= 0.99 * told
 
 
 @pytest.mark.parametrize(("engine", "samples"), [("reference", 6), ("portable", 25)])
