@@ -58,6 +58,18 @@ def test_the_width_is_in_units_of_reach_and_plan():
     assert verdicts(moving, [[-10.0 + 3.0 * 41.0, 0.0], [-10.0 + 3.0 * 41.001, 0.0]]) == [True, False]
 
 
+def test_a_plan_that_is_not_trusted_counts_no_turns():
+    turn = 2.0 * np.pi
+    for status, taken in [(Status.OPTIMAL, 0.2 - turn), (Status.UNTRUSTED, 0.2)]:
+        keeper = guard(replace(GATE, gate_width=np.inf), sensors_turn=np.array([turn, 0.0]))
+        keeper.follow(candidate([0.2] * N, slope=-6.0), status)  # from 0 to -6 rad one sample later
+        assert keeper.admit(np.array([0.2, 0.0]), NOTHING, None) is Status.OPTIMAL
+        np.testing.assert_allclose(keeper.taken, [taken, 0.0])
+        keeper.follow(candidate([0.2] * N, slope=-6.0), status)
+        assert keeper.admit(np.array([-5.9, 0.0]), NOTHING, None) is Status.OPTIMAL
+        np.testing.assert_allclose(keeper.taken, [-5.9, 0.0])  # as predicted, whatever that is worth
+
+
 def test_a_state_that_inputs_do_not_reach_is_not_judged():
     assert verdicts(with_plan(), [[0.0, 1e9], [3.001, 1e9]], np.array([1.0, 0.0])) == [True, False]
 

@@ -16,13 +16,21 @@ static inline double next_to(double angle, double turn, double to) {
     return angle - turn * floor(apart / turn + 0.5);
 }
 
-/* The measurement as it is judged: old readings with the ways since, each by itself, and with its angles next to what is predicted or, without a plan, to the
- * last plausible sample. */
+/* The same reading of angle r as what is predicted. A plan that is not to be trusted may lead to any number of turns, of which
+ * what is wanted would know nothing: what is far from it is next to where that plan began. */
+static inline double counted(const rumo_guard *g, int r, double angle, const double *to) {
+    const double turn = g->data.sensors.turn[r];
+    const int astray = g->has_next && g->followed == RUMO_UNTRUSTED && fabs(angle - to[r]) > 0.5 * turn;
+    return next_to(angle, turn, astray ? g->x[r] : to[r]);
+}
+
+/* The measurement as it is judged: old readings with the ways since, each by itself, and with its angles next to what is
+ * predicted or, without a plan, to the last plausible sample. */
 static double *unwound(rumo_guard *g, const double *x) {
     const double *to = g->has_next ? g->next_x : g->has_last ? g->last_x : x, *turn = g->data.sensors.turn;
     const int nx = g->s.nx;
     if (g->oldest == 0) {
-        for (int r = 0; r < nx; ++r) g->taken[r] = next_to(x[r], turn[r], to[r]);
+        for (int r = 0; r < nx; ++r) g->taken[r] = counted(g, r, x[r], to);
         return g->taken;
     }
     for (int r = 0; r < nx; ++r) {
