@@ -29,9 +29,8 @@ static inline int is_settled(const rumo_controller *ctl, int iterations, double 
     if (!(ctl->straying < STRAYED)) return 0;
     if (iterations == 1 && ctl->wary) return 0;
     if (iterations == 1 && size <= ctl->settings.trusted_step) return 1;
-    /* Inputs at bounds may stay there for once, while states still move. */
-    const int may_be_luck = LEAST_CONTRACTION * before > SETTLED && ctl->straying > SETTLED_STEP;
-    return (size <= SETTLED_STEP && !may_be_luck) || error_left(before, size) <= SETTLED;
+    if (iterations > 1 && !(change(ctl) < STRAYED)) return 0; /* states may go on where all inputs are at bounds */
+    return size <= SETTLED_STEP || error_left(before, size) <= SETTLED;
 }
 
 /* Whether there is to be no other, however things are. */

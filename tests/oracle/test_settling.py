@@ -6,7 +6,9 @@ from problems import car, cooled_reactor, pendulum, swinging_cart, tank
 
 import rumo
 from rumo import Status
+from rumo.simulation import Plant
 from rumo.studies.linearization import BASE
+from rumo.textbook import cart_pendulum
 
 ENGINES = ["reference", "portable"]
 
@@ -233,3 +235,29 @@ def test_what_settling_needs():
     for name, value in (("settling_iterations", -1), ("trusted_step", -0.1), ("trusted_step", np.nan)):
         with pytest.raises(rumo.ArgumentError, match=name):
             rumo.RealTimeIteration(pendulum(), **{name: value})
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_states_have_settled_too_where_all_inputs_are_at_their_bounds(engine):
+    """A push turns a pendulum over: no input changes any more, but what is linearised leads to 80 000 rad/s."""
+    problem = rumo.Problem(
+        cart_pendulum(),
+        horizon=40,
+        sampling_time=0.05,
+        track={"position": rumo.Weight(1.0), "angle": rumo.Weight(1.0, range=0.5)},
+        moves={"force": rumo.Weight(0.1, range=20.0)},
+        bounds={"force": (-10.0, 10.0)},
+    )
+    h, f, p = problem.sampling_time, problem.model.f, problem.parameters[0]
+    plant = Plant(cart_pendulum(), h)
+    controller = rumo.RealTimeIteration(problem, backend=engine)
+    x = np.array([0.02, 0.0, -2.4, 1.0])
+    for k in range(21):
+        x = x + (np.array([0.0, 1.0, 0.0, 5.0]) if k == 20 else 0.0)
+        plan = controller.step(x, {"position": 0.0, "angle": 0.0})
+        x = plant.advance(x, plan.command.values, p)
+        lacking = [
+            np.abs(after - before - h * np.array(f(after, u, p), dtype=float).ravel()).max()
+            for before, after, u in zip(plan.x.values[:-1], plan.x.values[1:], plan.u.values, strict=True)
+        ]
+        assert not plan.trusted or max(lacking) < 0.1

@@ -69,9 +69,9 @@ class Settling:
             return False
         if self._iterations == 1 and size <= settings.trusted_step:
             return True
-        # Inputs at bounds may stay there for once, while states still move.
-        may_be_luck = LEAST_CONTRACTION * before > SETTLED and rti.horizon.straying > SETTLED_STEP
-        return (size <= SETTLED_STEP and not may_be_luck) or error_left(before, size) <= SETTLED
+        if self._iterations > 1 and not rti.change(candidate.trajectory) < STRAYED:
+            return False  # states may go on where all inputs are at bounds
+        return size <= SETTLED_STEP or error_left(before, size) <= SETTLED
 
     def settle(self, candidate: Candidate) -> Candidate | None:
         """After a first iteration that is not to be trusted; None if nothing came of it."""
