@@ -112,6 +112,25 @@ def test_what_is_misjudged_is_what_cannot_be_held(scheme, z):
         assert end(cure) < 1e-4
 
 
+@pytest.mark.parametrize("z", [0.5 + 1.0j, 1.0 + 1.0j, 1.5 + 2.0j, 2.0 + 1.0j])
+@pytest.mark.parametrize("scheme", [name for name in DISCRETIZATIONS if not DISCRETIZATIONS[name].explicit])
+def test_a_mode_that_turns_is_misjudged_where_one_input_cannot_hold_it(scheme, z):
+    """It takes two intervals, in which errors grow: Radau2 predicts `1.5 + 2i` to 20 %, and loses it."""
+    A, B = np.array([[z.real, z.imag], [-z.imag, z.real]]), np.array([[0.0], [1.0]])
+    problem = steered(linear(A, B, ["a", "b"]), 1.0, moves={"push": rumo.Weight(1e-6)}, bounds={"push": (-1e9, 1e9)})
+
+    def end(scheme):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", rumo.UnstableModeWarning)
+            controller = rumo.RealTimeIteration(problem, scheme, gate=None, backend="portable")
+        return np.abs(driven(controller, A, B, [1e-2, 0.0], samples=40)[0][-1]).max()
+
+    misjudged = bool(is_misjudged(DISCRETIZATIONS[scheme](), np.array([z]))[0])
+    assert misjudged == (end(DISCRETIZATIONS[scheme]()) > 1e-2)
+    for cure in cures(DISCRETIZATIONS[scheme](), z) if misjudged else ():
+        assert end(cure) < 1e-4
+
+
 @pytest.mark.parametrize("make", [rumo.DirectNlp, rumo.LinearTimeVarying])
 def test_every_controller_warns(make):
     with pytest.warns(rumo.UnstableModeWarning, match="x0 has an unstable mode"):

@@ -30,6 +30,8 @@ TAKES_PART = 0.3
 """Of the largest participation."""
 LEFT = 0.5
 """Of a mode, by a feedback that should have brought it to rest within an interval: what a cure may leave."""
+NEARLY_REAL = 0.01
+"""Of a mode's rate times the interval, the imaginary part of one that does not turn."""
 LARGEST = 700.0
 """Exponent of a number that floats can be."""
 MOST_SUBSTEPS = 1000
@@ -122,8 +124,9 @@ def is_misjudged(scheme: Discretization, products: Any) -> np.ndarray:
     """Whether modes grow, by products of rate and interval, but decay in the prediction, or cannot be held by it.
 
     With R what the scheme multiplies a mode by over an interval, a feedback that should bring it to rest within one
-    leaves `(R - exp(z)) / (R - 1)` of it: more than all where R < 0, as implicit Euler's is beyond z = 1. An explicit
-    scheme's growth is not judged: with it, a model may well be meant as one in discrete time.
+    leaves `(R - exp(z)) / (R - 1)` of it: more than all where R < 0, as implicit Euler's is beyond z = 1. One that
+    turns is judged with its conjugate, which the same input has to hold. An explicit scheme's growth is not judged:
+    with it, a model may well be meant as one in discrete time.
     """
     factors = interval_factors(scheme, products)
     lost = np.abs(factors) < 1.0
@@ -133,9 +136,20 @@ def is_misjudged(scheme: Discretization, products: Any) -> np.ndarray:
 
 
 def _left(factors: Any, products: Any) -> Any:
+    """What is left of modes by a feedback that should have brought them to rest, by one input.
+
+    The feedback is made for what the scheme predicts. Of a real mode it is what is left after an interval, of a complex
+    one and its conjugate the spectral radius of that loop: they take two intervals (Ackermann's formula).
+    """
     exact = np.exp(np.minimum(products.real, LARGEST) + 1j * products.imag)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.abs(factors - exact) / np.abs(factors - 1.0)
+    with np.errstate(all="ignore"):
+        real = np.abs(factors - exact) / np.abs(factors - 1.0)
+        pull = factors**2 * (exact - 1.0) / (factors - 1.0)  # by the input, over what is predicted of it
+        mean = exact.real - 0.5 * pull.imag / factors.imag
+        product = np.abs(exact) ** 2 - (exact.conj() * pull).imag / factors.imag
+        apart = np.sqrt(mean**2 - product + 0j)
+        pair = np.maximum(np.abs(mean + apart), np.abs(mean - apart))
+    return np.where(np.abs(products.imag) < NEARLY_REAL, real, np.nan_to_num(pair, nan=np.inf))
 
 
 def interval_factors(scheme: Discretization, products: np.ndarray) -> np.ndarray:
