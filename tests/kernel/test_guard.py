@@ -52,10 +52,23 @@ def verdicts(keeper, samples, reach=REACH):
 
 
 def test_the_width_is_in_units_of_reach_and_plan():
-    assert verdicts(with_plan(), [[3.0, 0.0], [3.001, 0.0], [0.0, -6.0], [0.0, -6.001]]) == [True, False, True, False]
-    moving = guard()
-    moving.follow(candidate([0.2] * N, slope=-10.0), Status.OPTIMAL)  # from -10 to -50 one sample later
-    assert verdicts(moving, [[-10.0 + 3.0 * 41.0, 0.0], [-10.0 + 3.0 * 41.001, 0.0]]) == [True, False]
+    for x, plausible in [([3.0, 0.0], True), ([3.001, 0.0], False), ([0.0, -6.0], True), ([0.0, -6.001], False)]:
+        assert verdicts(with_plan(), [x]) == [plausible]
+    for units, plausible in [(41.0, True), (41.001, False)]:
+        moving = guard()
+        moving.follow(candidate([0.2] * N, slope=-10.0), Status.OPTIMAL)  # from -10 to -50 one sample later
+        assert verdicts(moving, [[-10.0 + 3.0 * units, 0.0]]) == [plausible]
+
+
+def test_it_narrows_from_the_first_sample_on():
+    """To a hundredth within 20 samples, though never below what has been believed."""
+    for samples, widest in [(0, 3.0), (10, 0.3), (14, 3.0 * 0.01**0.7)]:
+        for x, plausible in [(0.99 * widest, True), (1.01 * widest, False)]:
+            keeper = with_plan()
+            assert all(verdicts(keeper, [[0.01 * (-1) ** i, 0.01] for i in range(samples)]))
+            assert verdicts(keeper, [[x, 0.0]]) == [plausible]
+    keeper = with_plan()
+    assert verdicts(keeper, [[2.9, 0.0], *([[0.0, 0.01 * i] for i in range(20)]), [2.9, 0.0]]) == [True] * 22
 
 
 def test_a_plan_that_is_not_trusted_counts_no_turns():
@@ -223,9 +236,9 @@ def test_other_bounds_between_two_samples():
 
 def test_another_gate_between_two_samples():
     keeper = with_plan()
-    assert verdicts(keeper, [[4.0, 0.0]]) == [False]
+    assert verdicts(keeper, [[3.9, 0.0]]) == [False]
     keeper.configure(replace(GATE, gate_width=5.0))
-    assert verdicts(keeper, [[4.0, 0.0]]) == [True]
+    assert verdicts(keeper, [[3.9, 0.0]]) == [True]
 
 
 @pytest.mark.parametrize(

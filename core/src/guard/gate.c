@@ -13,6 +13,8 @@
 #define GATE_STEPS 1.25
 /* Innovations are known after so many samples. */
 #define GATE_LEARNED 40
+/* The gate is at first as wide as its settings say; so many samples later by GATE_SHARE of that. */
+#define GATE_NARROWED 20
 /* Until then an innovation below this is no fault: where inputs can do nothing there is nothing to compare noise with. */
 #define GATE_FLOOR 0.1
 /* Widths of what is usual, over the gate's own: in medians of innovations (eight deviations for a width of 5), in deviations
@@ -53,14 +55,14 @@ static inline double shown_step(const rumo_guard *g, int r) {
 static inline double known(const rumo_guard *g, int r) {
     const rumo_sensors *sensors = &g->data.sensors;
     const double noise = GATE_DEVIATIONS * g->gate_width * sensors->noise[r], told = noise + 2.0 * sensors->resolution[r];
-    if (g->learned < GATE_LEARNED) return told > 0.0 ? told : GATE_FLOOR;
-    return larger(GATE_MEDIANS * g->gate_width * g->median[r], noise + 2.0 * shown_step(g, r));
+    const double as_before = GATE_MEDIANS * g->gate_width * g->median[r];
+    if (g->learned < GATE_LEARNED) return larger(as_before, told > 0.0 ? told : GATE_FLOOR);
+    return larger(as_before, noise + 2.0 * shown_step(g, r));
 }
 
 /* The same where nothing else of the sample is suspicious: more while innovations grow, or the plan moves. */
 static inline double usual(const rumo_guard *g, int r) {
-    const double grown = g->learned < GATE_LEARNED ? 0.0 : GATE_GROWTH * g->before[r];
-    return larger(known(g, r), grown) + GATE_MOVED * g->moved[r];
+    return larger(known(g, r), GATE_GROWTH * g->before[r]) + GATE_MOVED * g->moved[r];
 }
 
 /* How far the plan moves a state until a stage. */
@@ -71,9 +73,9 @@ static double span(const rumo_guard *g, int r, int stages) {
     return far;
 }
 
-/* The widest that is plausible, in terms of the gate's unit: until innovations are known, the gate is wide. */
+/* The widest that is plausible, in terms of the gate's unit: at first the gate is wide. */
 static inline double widest(const rumo_guard *g, int r, double unit, int suspicious) {
-    const double share = g->learned < GATE_LEARNED ? 1.0 : GATE_SHARE;
+    const double share = pow(GATE_SHARE, smaller(1.0, (double)g->learned / GATE_NARROWED));
     const double wide = share * g->gate_width * unit;
     if (g->learned < GATE_LEARNED || !suspicious) return larger(usual(g, r), wide);
     return 0.5 * larger(known(g, r), wide); /* a good reading that is predicted costs little */
@@ -118,7 +120,8 @@ static inline double noise_and_steps(const rumo_guard *g, int r) {
 static void use_reading(rumo_guard *g, int r, double innovation) {
     if (g->learned >= SURPRISE_LEARNED && innovation > SURPRISING * g->median[r])
         g->surprised |= innovation > larger(SURPRISING_SHARE * span(g, r, g->s.N), noise_and_steps(g, r));
-    g->before[r] = innovation;
+    /* What has been believed once while little is known has a way back. */
+    g->before[r] = g->learned < GATE_LEARNED ? larger(g->before[r], innovation) : innovation;
 }
 
 /* Take a sample over, for what is said of the next: the smallest step of each sensor among others. */

@@ -17,10 +17,10 @@ from rumo.plan import INTEGRATOR_TOLERANCE
 class InnovationGate:
     """Holds back readings that cannot be: far from the prediction, not finite, out of range, or frozen.
 
-    It learns what is usual: until 40 samples are known, a reading may be off by `width` times what all inputs together
-    can move its state over the next 15 stages, plus what the plan does; from then on by 2.4 `width` times the running
-    median of its innovations (eight standard deviations), or a hundredth of what it was before; and always by 2 `width`
-    times the noise that `Problem(measurements=...)` states. A reading that is held back is predicted, and the rest of
+    It learns what is usual: at first a reading may be off by `width` times what all inputs together can move its state
+    over the next 15 stages, plus what the plan does; within 20 samples by a hundredth of that. After 40 samples 2.4
+    `width` times the running median of its innovations (eight standard deviations) pass as well, until then 2.5 times
+    the largest of all; and always 2 `width` times the noise that `Problem(measurements=...)` states. A reading that is held back is predicted, and the rest of
     the sample is used, within half these limits. Where half of them are, or where a sample repeats the one before in
     every state although the plan moves on by more than sensors resolve, none is: `Status.BAD_MEASUREMENT`. The gate
     cannot lock itself out: more than `patience` readings in a row that agree with each other are believed, and without
