@@ -83,6 +83,25 @@ def test_a_plan_that_is_not_trusted_counts_no_turns():
         np.testing.assert_allclose(keeper.taken, [-5.9, 0.0])  # as predicted, whatever that is worth
 
 
+def test_nor_does_what_is_left_of_it():
+    """Neither after a bad sample, nor beside sensors whose readings are old."""
+    turn = {"sensors_turn": np.array([2.0 * np.pi, 0.0])}
+    wide, astray = replace(GATE, gate_width=np.inf), candidate([0.2] * N, slope=-6.0)  # -6 rad with each sample
+    keeper = guard(wide, **turn)
+    assert keeper.admit(np.array([0.2, 0.0]), NOTHING, None) is Status.OPTIMAL
+    keeper.follow(astray, Status.UNTRUSTED)
+    assert keeper.admit(np.array([np.nan, 0.0]), NOTHING, None) is Status.BAD_MEASUREMENT
+    keeper.follow(None, Status.BAD_MEASUREMENT)
+    assert keeper.admit(np.array([0.3, 0.0]), NOTHING, None) is Status.OPTIMAL
+    np.testing.assert_allclose(keeper.taken, [0.3, 0.0])
+
+    keeper = guard(wide, **turn, sensors_age=np.array([0, 1]))
+    assert keeper.admit(np.array([0.2, 0.0]), NOTHING, None) is Status.OPTIMAL
+    keeper.follow(astray, Status.UNTRUSTED)
+    assert keeper.admit(np.array([0.3, 0.0]), NOTHING, None) is Status.OPTIMAL
+    np.testing.assert_allclose(keeper.taken, [0.3, 0.0])
+
+
 def test_a_state_that_inputs_do_not_reach_is_not_judged():
     assert verdicts(with_plan(), [[0.0, 1e9], [3.001, 1e9]], np.array([1.0, 0.0])) == [True, False]
 

@@ -18,6 +18,7 @@ static rumo_status follow(rumo_guard *g, int solved, rumo_status cause) {
     copy(g->was_applied, g->applied, decided * nu);
     if (solved) {
         correct_ways(g);
+        g->astray = cause == RUMO_UNTRUSTED;
         g->inputs_left = N - d - 1;
     } else if (g->has_next && g->inputs_left > 0) {
         copy(u, g->next_u, N * nu);

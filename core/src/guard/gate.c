@@ -13,7 +13,7 @@
 #define GATE_STEPS 1.25
 /* Innovations are known after so many samples. */
 #define GATE_LEARNED 40
-/* The gate is at first as wide as its settings say; so many samples later by GATE_SHARE of that. */
+/* The gate is at first as wide as its settings say, and so many samples later it is GATE_SHARE of that. */
 #define GATE_NARROWED 20
 /* Until then an innovation below this is no fault: where inputs can do nothing there is nothing to compare noise with. */
 #define GATE_FLOOR 0.1
@@ -118,6 +118,7 @@ static inline double noise_and_steps(const rumo_guard *g, int r) {
 
 /* A reading that is used as it is. */
 static void use_reading(rumo_guard *g, int r, double innovation) {
+    g->used[r] = g->read[r];
     if (g->learned >= SURPRISE_LEARNED && innovation > SURPRISING * g->median[r])
         g->surprised |= innovation > larger(SURPRISING_SHARE * span(g, r, g->s.N), noise_and_steps(g, r));
     /* What has been believed once while little is known has a way back. */
@@ -181,9 +182,9 @@ static int is_held(rumo_guard *g, const double *x, int r, double limit, double a
 
 /* Whether a measurement is used: x (nx,), in which readings that are held back become what is predicted.
  *
- * Held back is what cannot be: readings that are farther from the prediction than is usual, and than a share of what inputs
- * can do; until it is known what is usual, far beyond all that inputs can do over the next stages (reach: (nx,), NULL where
- * not known; a state with a reach of 0 has nothing to compare with), plus how far the plan goes. Where half of all readings
+ * Held back is what cannot be: readings that are farther from the prediction than is usual, and than a share of all that inputs
+ * can do over the next stages (reach: (nx,), NULL where not known; a state with a reach of 0 has nothing to compare with), plus
+ * how far the plan goes: at first many times that, and less with each sample. Where half of all readings
  * are, or where a sample repeats the one before in every state although the prediction has moved, none is used. All are
  * believed when they go on for too long.
  */
@@ -195,6 +196,7 @@ static int plausible(rumo_guard *g, double *x, const double *reach) {
         g->missing = 0;
         if (g->has_next) use_all(g, x);
         copy(g->last_x, g->read, nx);
+        copy(g->used, g->read, nx);
         g->has_last = 1;
         interrupt_monitor(&g->monitor, nx);
         return 1;

@@ -41,6 +41,7 @@ struct rumo_guard {
     double *was_applied;                  /* the same before the last sample */
     long long counts[RUMO_STATUS_COUNT];
     int followed;                         /* status of the last sample, -1 if there is none */
+    int astray;                           /* whether what is followed is of a plan that is not to be trusted */
 
     int has_guess, resting;               /* whether the solver has a guess, and whether that is a state at rest */
     int blameless;                        /* a guess at rest has failed too: the shifted plan is not to blame */
@@ -48,6 +49,7 @@ struct rumo_guard {
 
     double *taken;                        /* (nx,): the measurement as it is used, */
     double *read;                         /* and as sensors gave it, but for full turns: the same array where none are old */
+    double *used;                         /* (nx,): the last reading of each state that was used */
     double *late;                         /* (nx,): innovations of old readings, at their time; 0 once they are used, and NaN
                                              of any reading that is held back */
     double *ways, *dependences;           /* (oldest + 1, nx), (oldest + 1, nx, nx): how far plans went until the sample after
@@ -60,7 +62,8 @@ struct rumo_guard {
     int has_last, changes, repeats;       /* how many differed from the one before, up to GATE_CHANGES, or did not */
     double *smallest, *stayed;            /* (nx,): smallest difference of readings, and how far they should have moved */
     int learned;                          /* samples from which it is known what is usual, up to GATE_LEARNED */
-    double *median, *before;              /* (nx,): of innovations, and the last of a reading that was used */
+    double *median, *before;              /* (nx,): of innovations, and the last of a reading that was used, or the largest until
+                                             it is known what is usual */
     int surprised;                        /* whether a reading that was used is farther from the prediction than ever */
     double *moved;                        /* (nx,): how far the plan moves until the next sample */
     double *suspect;                      /* (nx,): the last reading that was held back, */
@@ -96,8 +99,8 @@ static void lay_out_guard(arena *a, rumo_guard *g, const rumo_guard_data *data, 
     g->next_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     g->applied = alloc_doubles(a, decided_inputs(&s) * s.nu);
     g->was_applied = alloc_doubles(a, decided_inputs(&s) * s.nu);
-    double **const of_states[] = {&g->taken,  &g->last_x, &g->smallest, &g->stayed,
-                                  &g->median, &g->before, &g->moved,    &g->suspect};
+    double **const of_states[] = {&g->taken,  &g->used,   &g->last_x, &g->smallest, &g->stayed,
+                                  &g->median, &g->before, &g->moved,  &g->suspect};
     for (size_t i = 0; i < sizeof of_states / sizeof *of_states; ++i) *of_states[i] = alloc_doubles(a, s.nx);
     g->read = oldest ? alloc_doubles(a, s.nx) : g->taken;
     monitor *m = &g->monitor;
@@ -134,13 +137,13 @@ RARE static void reset_monitor(monitor *m, int nx) {
 
 RARE static void reset_guard(rumo_guard *g) {
     const int nu = g->s.nu;
-    g->has_next = g->inputs_left = g->has_guess = g->resting = g->blameless = g->settled = g->settles = 0;
+    g->has_next = g->inputs_left = g->has_guess = g->resting = g->blameless = g->settled = g->settles = g->astray = 0;
     zero(g->health, 3 * g->s.nx);
     g->symptoms = 0;
     reset_monitor(&g->monitor, g->s.nx);
     g->repeats = g->changes = g->has_last = g->learned = g->missing = g->surprised = g->known = g->was_known = g->latest = 0;
     for (int r = 0; r < g->s.nx; ++r) {
-        g->smallest[r] = g->stayed[r] = g->median[r] = g->before[r] = g->moved[r] = 0.0;
+        g->smallest[r] = g->stayed[r] = g->used[r] = g->median[r] = g->before[r] = g->moved[r] = 0.0;
         g->held[r] = g->out[r] = 0;
         g->late[r] = 0.0;
     }
