@@ -18,13 +18,15 @@ class InnovationGate:
     """Holds back readings that cannot be: far from the prediction, not finite, out of range, or frozen.
 
     It learns what is usual: at first a reading may be off by `width` times what all inputs together can move its state
-    over the next 15 stages, plus what the plan does; within 20 samples by a hundredth of that. After 40 samples 2.4
-    `width` times the running median of its innovations (eight standard deviations) pass as well, until then 2.5 times
-    the largest of all; and always 2 `width` times the noise that `Problem(measurements=...)` states. A reading that is held back is predicted, and the rest of
-    the sample is used, within half these limits. Where half of them are, or where a sample repeats the one before in
-    every state although the plan moves on by more than sensors resolve, none is: `Status.BAD_MEASUREMENT`. The gate
-    cannot lock itself out: more than `patience` readings in a row that agree with each other are believed, and without
-    a plan there is no gate.
+    over the next 15 stages, plus what the plan does; 20 samples later by a hundredth of that. What else passes is 2.4
+    `width` times the running median of its innovations (eight standard deviations once 40 samples are known); until
+    then 2.5 times the largest of all; and always 2 `width` times the noise that `Problem(measurements=...)` states. If
+    nothing is stated, 0.1 passes until then, in the state's own unit: state the noise of a state that is usually less.
+
+    A reading that is held back is predicted, and the rest of the sample is used, after 40 samples within half these
+    limits. Where half of them are, or where a sample repeats the one before in every state although the plan moves on
+    by more than sensors resolve, none is: `Status.BAD_MEASUREMENT`. The gate cannot lock itself out: more than
+    `patience` readings in a row that agree with each other are believed, and without a plan there is no gate.
 
     Parameters
     ----------
