@@ -131,6 +131,24 @@ def test_a_mode_that_turns_is_misjudged_where_one_input_cannot_hold_it(scheme, z
         assert end(cure) < 1e-4
 
 
+@pytest.mark.parametrize("z", [0.5 + 0.02j, 0.5 + 0.5j, 0.7 + 0.7j])
+def test_two_inputs_hold_a_mode_that_turns_within_an_interval(z):
+    A = np.array([[z.real, z.imag], [-z.imag, z.real]])
+    model = rumo.Model(
+        {"a": "m", "b": "m"},
+        {"one": "m/s", "other": "m/s"},
+        lambda x, u, p: {"a": z.real * x.a + z.imag * x.b + u.one, "b": -z.imag * x.a + z.real * x.b + u.other},
+    )
+    controller = rumo.RealTimeIteration(steered(model, 1.0), gate=None, backend="portable")  # a warning is an error
+    exact = expm(np.block([[A, np.eye(2)], [np.zeros((2, 4))]]))
+    x = np.array([1e-2, 0.0])
+    for _ in range(40):
+        plan = controller.step(x, {"a": 0.0, "b": 0.0})
+        x = exact[:2] @ np.r_[x, plan.command.values]
+    assert np.abs(x).max() < 1e-5
+    assert "Misjudged" not in str(controller.explain(plan))
+
+
 @pytest.mark.parametrize("make", [rumo.DirectNlp, rumo.LinearTimeVarying])
 def test_every_controller_warns(make):
     with pytest.warns(rumo.UnstableModeWarning, match="x0 has an unstable mode"):

@@ -63,7 +63,8 @@ def explain(plan: Plan, scheme: Discretization) -> Explanation:
         sentences.append("Rescued: the iteration was not to be trusted; this is the nonlinear program's solution.")
     if predicted:
         sentences += _stiffest(stiffness, scheme)
-        mode = misjudged_mode(scheme, rates, problem.steps, problem.model.states.names)
+        model = problem.model
+        mode = misjudged_mode(scheme, rates, problem.steps, model.states.names, inputs=len(model.inputs))
         sentences += [] if mode is None else [f"Misjudged: {mode.described(scheme)}"]
         sentences.append(_integration(plan, scheme))
     if plan.conflict:

@@ -62,7 +62,8 @@ def _mode_at(transcription: Transcription, x: Array, u: Array) -> MisjudgedMode 
     xz = np.array([np.r_[x, np.full(len(model.algebraic), np.nan) if z is None else z] for x, z in known])
     rates = jacobians(model, xz, np.tile(u, (len(kinds), 1)), kinds[:, 1:])
     horizon = float(problem.steps.sum())
-    return misjudged_mode(transcription.discretization, rates, kinds[:, 0], model.states.names, first, horizon)
+    scheme, inputs = transcription.discretization, len(model.inputs)
+    return misjudged_mode(scheme, rates, kinds[:, 0], model.states.names, first, horizon, inputs)
 
 
 def _algebraic(transcription: Transcription, x: Array, u: Array, p: Array) -> Array | None:

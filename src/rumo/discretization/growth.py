@@ -86,6 +86,7 @@ def misjudged_mode(
     states: Sequence[str],
     intervals: np.ndarray | None = None,
     horizon: float | None = None,
+    inputs: int = 1,
 ) -> MisjudgedMode | None:
     """The unstable mode that a scheme misjudges most, of those that an input could hold.
 
@@ -103,43 +104,46 @@ def misjudged_mode(
         Which intervals of a horizon of so many seconds these are; all of them if not given.
     horizon : float, optional
         Its length [s].
+    inputs : int
+        Of the model: two hold within an interval a mode that turns, which takes one input two.
     """
     rates: Any = np.nan_to_num(spectra(jacobians))
     products, length = rates * steps[:, None], steps.sum() if horizon is None else horizon
-    wrong = _concerns(scheme, products, rates.real * length)
+    wrong = _concerns(scheme, products, rates.real * length, inputs)
     worst = np.where(wrong, products.real, 0.0).max(axis=1)
     for k in np.argsort(-worst, kind="stable")[: np.count_nonzero(worst)].tolist():
-        mode = _named(scheme, jacobians[k], length, float(steps[k]), states)
+        mode = _named(scheme, jacobians[k], length, float(steps[k]), states, inputs)
         if mode is not None:
             return replace(mode, stage=1 + (k if intervals is None else int(intervals[k])))
     return None
 
 
-def _concerns(scheme: Discretization, products: Any, growth: Any) -> np.ndarray:
+def _concerns(scheme: Discretization, products: Any, growth: Any, inputs: int) -> np.ndarray:
     """Whether modes are misjudged, and matter with their growth over the horizon, a logarithm."""
-    return (growth > MATTERS) & (products.real <= CONTROLLABLE) & is_misjudged(scheme, products)
+    return (growth > MATTERS) & (products.real <= CONTROLLABLE) & is_misjudged(scheme, products, inputs)
 
 
-def is_misjudged(scheme: Discretization, products: Any) -> np.ndarray:
+def is_misjudged(scheme: Discretization, products: Any, inputs: int = 1) -> np.ndarray:
     """Whether modes grow, by products of rate and interval, but decay in the prediction, or cannot be held by it.
 
     With R what the scheme multiplies a mode by over an interval, a feedback that should bring it to rest within one
     leaves `(R - exp(z)) / (R - 1)` of it: more than all where R < 0, as implicit Euler's is beyond z = 1. One that
-    turns is judged with its conjugate, which the same input has to hold. An explicit scheme's growth is not judged:
-    with it, a model may well be meant as one in discrete time.
+    turns is judged with its conjugate where a single input has to hold both; more inputs are taken to hold both within
+    an interval. An explicit scheme's growth is not judged: with it, a model may well be meant as one in discrete time.
     """
     factors = interval_factors(scheme, products)
     lost = np.abs(factors) < 1.0
     if not scheme.explicit:
-        lost |= _left(factors, products) >= 1.0
+        lost |= _left(factors, products, inputs) >= 1.0
     return (products.real > 0.0) & lost
 
 
-def _left(factors: Any, products: Any) -> Any:
-    """What is left of modes by a feedback that should have brought them to rest, by one input.
+def _left(factors: Any, products: Any, inputs: int = 1) -> Any:
+    """What is left of modes by a feedback that should have brought them to rest.
 
-    The feedback is made for what the scheme predicts. Of a real mode it is what is left after an interval, of a complex
-    one and its conjugate the spectral radius of that loop: they take two intervals (Ackermann's formula).
+    The feedback is made for what the scheme predicts. Of a real mode it is what is left after an interval, and of a
+    complex one too where there is more than one input. One input takes it and its conjugate two intervals: what is left
+    is the spectral radius of that loop (Ackermann's formula).
     """
     exact = np.exp(np.minimum(products.real, LARGEST) + 1j * products.imag)
     with np.errstate(all="ignore"):
@@ -149,7 +153,7 @@ def _left(factors: Any, products: Any) -> Any:
         product = np.abs(exact) ** 2 - (exact.conj() * pull).imag / factors.imag
         apart = np.sqrt(mean**2 - product + 0j)
         pair = np.maximum(np.abs(mean + apart), np.abs(mean - apart))
-    return np.where(np.abs(products.imag) < NEARLY_REAL, real, np.nan_to_num(pair, nan=np.inf))
+    return np.where((np.abs(products.imag) < NEARLY_REAL) | (inputs > 1), real, np.nan_to_num(pair, nan=np.inf))
 
 
 def interval_factors(scheme: Discretization, products: np.ndarray) -> np.ndarray:
@@ -175,7 +179,7 @@ def _judges(scheme: Discretization, product: complex) -> bool:
 
 
 def _named(
-    scheme: Discretization, J: Array, horizon: float, step: float, states: Sequence[str]
+    scheme: Discretization, J: Array, horizon: float, step: float, states: Sequence[str], inputs: int
 ) -> MisjudgedMode | None:
     """The mode of a Jacobian (nx, nx) that is misjudged and grows fastest; None if that is rounding."""
     rates: Any
@@ -187,7 +191,7 @@ def _named(
     with np.errstate(over="ignore"):  # modes that are nearly one
         condition = np.linalg.norm(right, axis=0) * np.linalg.norm(left, axis=1)
     known = rates.real > NOISE * np.linalg.norm(J) * condition
-    found = np.flatnonzero(known & _concerns(scheme, rates * step, rates.real * horizon))
+    found = np.flatnonzero(known & _concerns(scheme, rates * step, rates.real * horizon, inputs))
     if not len(found):
         return None
     i = int(found[np.argmax(rates[found].real)])
