@@ -26,6 +26,8 @@
 #define GATE_NORMAL 0.6745
 /* In a skid innovations grow; a fault comes at once. */
 #define GATE_GROWTH 2.5
+/* What comes after few samples may be so many times as large as the largest of them. */
+#define GATE_GROWTH_AT_FIRST 4.0
 /* A prediction that moves on is wrong by a share of that. */
 #define GATE_MOVED 0.25
 /* An innovation beyond so many medians (four deviations) is a surprise, once so many samples have gone before, if it is more
@@ -62,7 +64,8 @@ static inline double known(const rumo_guard *g, int r) {
 
 /* The same where nothing else of the sample is suspicious: more while innovations grow, or the plan moves. */
 static inline double usual(const rumo_guard *g, int r) {
-    return larger(known(g, r), GATE_GROWTH * g->before[r]) + GATE_MOVED * g->moved[r];
+    const double growth = g->learned < GATE_LEARNED ? GATE_GROWTH_AT_FIRST : GATE_GROWTH;
+    return larger(known(g, r), growth * g->before[r]) + GATE_MOVED * g->moved[r];
 }
 
 /* How far the plan moves a state until a stage. */

@@ -20,7 +20,7 @@ class InnovationGate:
     It learns what is usual: at first a reading may be off by `width` times what all inputs together can move its state
     over the next 15 stages, plus what the plan does; 20 samples later by a hundredth of that. What else passes is 2.4
     `width` times the running median of its innovations (eight standard deviations once 40 samples are known); until
-    then 2.5 times the largest of all; and always 2 `width` times the noise that `Problem(measurements=...)` states. If
+    then four times the largest of all; and always 2 `width` times the noise that `Problem(measurements=...)` states. If
     nothing is stated, 0.1 passes until then, in the state's own unit: state the noise of a state that is usually less.
 
     A reading that is held back is predicted, and the rest of the sample is used, after 40 samples within half these
