@@ -192,7 +192,7 @@ def test_a_guess_from_which_no_way_leads_on_is_given_up(engine):
 def test_a_tiny_step_after_a_large_one_settles_nothing(engine):
     """The second step moves no input away from its bound, the third does, by all of its range in the end."""
     problem, x, reference = cooled_reactor()
-    controller = rumo.RealTimeIteration(problem, backend=engine)
+    controller = rumo.RealTimeIteration(problem, gate=None, backend=engine)
     for _ in range(30):
         x = controller.step(x, reference).x.values[1]
     applied = controller.applied

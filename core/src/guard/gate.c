@@ -57,8 +57,10 @@ static inline double shown_step(const rumo_guard *g, int r) {
 static inline double known(const rumo_guard *g, int r) {
     const rumo_sensors *sensors = &g->data.sensors;
     const double noise = GATE_DEVIATIONS * g->gate_width * sensors->noise[r], told = noise + 2.0 * sensors->resolution[r];
+    const double at_first = told > 0.0 ? told : GATE_FLOOR;
+    if (g->learned == 0) return at_first; /* there is no median yet */
     const double as_before = GATE_MEDIANS * g->gate_width * g->median[r];
-    if (g->learned < GATE_LEARNED) return larger(as_before, told > 0.0 ? told : GATE_FLOOR);
+    if (g->learned < GATE_LEARNED) return larger(as_before, at_first);
     return larger(as_before, noise + 2.0 * shown_step(g, r));
 }
 
@@ -147,8 +149,9 @@ static void remember(rumo_guard *g) {
 static void use_all(rumo_guard *g, const double *x) {
     for (int r = 0; r < g->s.nx; ++r) {
         const double innovation = fabs(x[r] - g->next_x[r]);
+        const double limit = g->learned ? innovation : larger(usual(g, r), span(g, r, g->s.N)); /* before it is used */
         use_reading(g, r, innovation);
-        learn(g, r, innovation, g->learned ? innovation : larger(usual(g, r), span(g, r, g->s.N)));
+        learn(g, r, innovation, limit);
         g->held[r] = 0;
     }
     if (!is_repeated(g)) remember(g);
