@@ -112,7 +112,9 @@ def test_what_is_misjudged_is_what_cannot_be_held(scheme, z):
         assert end(cure) < 1e-4
 
 
-@pytest.mark.parametrize("z", [0.5 + 1.0j, 1.0 + 1.0j, 1.5 + 2.0j, 2.0 + 1.0j])
+@pytest.mark.parametrize(
+    "z", [0.5 + 1.0j, 1.5 + 2.0j, *(pytest.param(z, marks=pytest.mark.slow) for z in (1.0 + 1.0j, 2.0 + 1.0j))]
+)
 @pytest.mark.parametrize("scheme", [name for name in DISCRETIZATIONS if not DISCRETIZATIONS[name].explicit])
 def test_a_mode_that_turns_is_misjudged_where_one_input_cannot_hold_it(scheme, z):
     """It takes two intervals, in which errors grow: Radau2 predicts `1.5 + 2i` to 20 %, and loses it."""
