@@ -357,7 +357,7 @@ def test_a_thermometer_of_coarse_steps_is_not_frozen(backend, told):
 
 
 @pytest.mark.parametrize("coarse", [0.05, 0.2, 1.0])
-@pytest.mark.parametrize("backend", [pytest.param("reference", marks=pytest.mark.slow), "riccati"])
+@pytest.mark.parametrize("backend", [pytest.param("reference", marks=pytest.mark.slow), "portable"])
 def test_sensors_that_are_not_said_to_be_coarse_are_not_frozen_nor_held_back(backend, coarse):
     """A boat goes a few steps of its sensors in each of its samples, or fewer."""
     model = rumo.Model(
