@@ -25,6 +25,8 @@ ROUNDING = 1e-12
 """What the judge itself may lose of the terms of a slope."""
 SLACK = 1e-6
 """A constraint counts as violated above this share of its scale: as documented."""
+CHANGES = 1000
+"""Of the set of multipliers at their limits, at most: as many as there are multipliers may not be enough."""
 OF_STATES, OF_INPUTS = ("y_xz", "G_xz"), ("y_u", "G_u")
 NO_INFLUENCE = 1e-10
 
@@ -273,7 +275,9 @@ class Solutions(Told):
                 error[these] = np.linalg.norm(left[these] + times(F, forces), axis=1)
                 for i in np.flatnonzero(~(error[these] * reach[these] <= 0.1 * allowed[these])):
                     if np.isfinite(F[i]).all() and np.isfinite(left[these[i]]).all() and (high[i] > low[i]).all():
-                        best = lsq_linear(F[i], -left[these[i]], (low[i], high[i]), method="bvls", tol=1e-14)
+                        best = lsq_linear(
+                            F[i], -left[these[i]], (low[i], high[i]), method="bvls", tol=1e-14, max_iter=CHANGES
+                        )
                         forces[i] = best.x
                         error[these[i]] = np.linalg.norm(left[these[i]] + F[i] @ best.x)
                         verdict.refined += 1
