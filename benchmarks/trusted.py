@@ -80,7 +80,7 @@ class JudgedIteration(rumo.RealTimeIteration):
             self._first.engage(applied=applied, plan=self._shifted(last))
             first = self._first.step(*known)
             first_error = self._distance(first, best)
-            again = np.isfinite(plan.diagnostics.contraction) or self._distance(plan, first) > 1e-9
+            again = np.isfinite(plan.diagnostics.contraction) or self._distance(plan, first) > 1e-3
             first_trusted = plan.trusted and not again
         if self._random.random() < self._share:
             self._nlp.engage(applied=applied, plan=plan)
