@@ -29,6 +29,11 @@ def made_with(problem, backend, scheme=None, **settings):
     return rumo.RealTimeIteration(problem, scheme, qp=qp, backend="portable", **settings)
 
 
+def advanced(controller, x, u):
+    """The discretised model one step on."""
+    return controller.transcription.advance(x, u)[0][: len(x)]
+
+
 def reference_with(problem, optimize):
     """The reference's plain real-time iteration with a QP solver of one's own."""
     transcription, settings = Transcription(problem), rumo.Settings(trusted_step=np.inf)

@@ -47,9 +47,10 @@ def non_negative_number(value: object, argument: str) -> float:
     """`value` as a float of at least 0; anything else raises, naming `argument`."""
     if not _is_number(value) or not value >= 0.0:
         raise ArgumentError(argument, repr(value), "a number of at least 0")
-    if as_float(value) != value and as_float(value) == np.inf:
+    number = as_float(value)
+    if number == np.inf and value != np.inf:
         raise ArgumentError(argument, repr(value), f"a number of at least 0, at most {LARGEST_FLOAT:.4g} or infinite")
-    return as_float(value)
+    return number
 
 
 def finite_number(value: object, argument: str) -> float:

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from problems import BACKENDS, EXACT, PROBLEMS, car, made_with
+from problems import BACKENDS, EXACT, PROBLEMS, advanced, car, made_with
 
 import rumo
 from rumo.controllers.engines.described import core_problem
@@ -230,11 +230,6 @@ HORIZONS = [(1, 0), (2, 1), (4, 3), (9, 2), (16, 0), (25, 1), (60, 3)]
 def usual(often):
     """Marks of a case: those that are not usual are slow."""
     return () if often else pytest.mark.slow
-
-
-def advanced(controller, x, u):
-    """The discretised model one step on."""
-    return controller.transcription.advance(x, u)[0][: len(x)]
 
 
 def drive(controllers, problem, x, reference, samples=6):

@@ -3,7 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
-from problems import car, cooled_reactor, made_with, pendulum, stiff_reactor, swinging_cart
+from problems import advanced, car, cooled_reactor, made_with, pendulum, stiff_reactor, swinging_cart
 
 import rumo
 from rumo import InnovationGate, Status
@@ -386,7 +386,7 @@ def test_sensors_that_are_not_said_to_be_coarse_are_not_frozen_nor_held_back(bac
         ahead = 0.2 * (k + np.arange(21))
         wanted = {"p_y": 3.0 * np.sin(0.02 * ahead), "yaw": 0.0, "speed": 1.0}
         plans.append(controller.step(steps * np.round(x / steps), wanted))
-        x = controller.transcription.advance(x, applied)[0][:5]
+        x = advanced(controller, x, applied)
         applied = plans[-1].command.values
     assert Status.BAD_MEASUREMENT not in [plan.status for plan in plans]
     held = [symptom for plan in plans[100:] for symptom in plan.health if symptom.kind == "held"]

@@ -7,7 +7,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from problems import BACKENDS, car, made_with, pendulum, rod
+from problems import BACKENDS, advanced, car, made_with, pendulum, rod
 
 import rumo
 from rumo import Measurement, Status
@@ -49,7 +49,7 @@ def wagon(decay=0.0, **changes):
     return rumo.Problem(model, **(settings | changes))
 
 
-def advanced(x, force, decay):
+def wagon_after(x, force, decay):
     """One sample of the wagon, as implicit Euler predicts it."""
     speed = x[1] + H * force
     return np.array([x[0] + H * speed, speed, (x[2] + H * force) / (1.0 + H * decay)])
@@ -72,7 +72,7 @@ def driven(controller, ages, samples, decay=0.0, kicks=None, spoil=None):
     """The same of the wagon."""
 
     def after(x, force):
-        return advanced(x, force[0], decay)
+        return wagon_after(x, force[0], decay)
 
     return simulated(controller, ages, samples, [0.5, 0.2, 0.3], STILL, after, kicks, spoil)
 
@@ -144,11 +144,7 @@ def coupled(stiffness, **changes):
 
 def told_of(controller, ages, samples, x, wanted, spoil=None, kicks=None):
     """How far plans begin from where the plant is (K, nx), which is as its model says, and the plans."""
-
-    def after(x, u):
-        return controller.transcription.advance(x, u)[0][: len(x)]
-
-    true, believed, plans = simulated(controller, ages, samples, x, wanted, after, kicks, spoil)
+    true, believed, plans = simulated(controller, ages, samples, x, wanted, partial(advanced, controller), kicks, spoil)
     return believed - true, plans
 
 

@@ -65,6 +65,18 @@ def apart(problem, u, other):
     return np.abs((u - other) / problem.input_scales).max()
 
 
+def converging(problem):
+    """A controller that iterates until nothing changes."""
+    return rumo.RealTimeIteration(problem, gate=None, sqp_iterations=300, tolerance=1e-10, backend="portable")
+
+
+def error_of(plan, iterating, applied, x, reference):
+    """How far a plan's command is from the one that iterations from the plan itself come to."""
+    iterating.engage(applied=applied, plan=plan)
+    d, optimum = iterating.problem.delay, iterating.step(x, reference)
+    return apart(iterating.problem, plan.u.values[d], optimum.u.values[d])
+
+
 @pytest.mark.parametrize("make", HARD.values(), ids=HARD)
 def test_many_iterations_are_a_globally_convergent_sqp(make):
     """The same optimum as IPOPT's; the plain iteration, with full steps, does not come to it."""
@@ -84,8 +96,7 @@ def test_many_iterations_are_a_globally_convergent_sqp(make):
 def test_a_cold_start_settles_near_the_optimum(make, engine):
     problem, x, reference = make()
     plan = rumo.RealTimeIteration(problem, gate=None, backend=engine).step(x, reference)
-    converged = rumo.RealTimeIteration(problem, gate=None, sqp_iterations=300, tolerance=1e-10, backend="portable")
-    optimum = converged.step(x, reference)
+    optimum = converging(problem).step(x, reference)
     assert plan.trusted
     assert apart(problem, plan.u.values[problem.delay], optimum.u.values[problem.delay]) < 0.05
 
@@ -138,16 +149,14 @@ def test_the_error_of_the_command_is_an_estimate_that_holds():
     rng, covered, told = np.random.default_rng(2), 0, 0
     problem, _, _ = beside_the_path(0.0, 0.0)
     settling = rumo.RealTimeIteration(problem, gate=None, backend="portable")
-    converging = rumo.RealTimeIteration(problem, gate=None, sqp_iterations=300, tolerance=1e-10, backend="portable")
+    iterating = converging(problem)
     for _ in range(150):
         _, x, reference = beside_the_path(rng.uniform(-4.0, 4.0), rng.uniform(-0.6, 0.6))
         settling.reset()
         plan = settling.step(x, reference)
         if not np.isfinite(plan.diagnostics.command_error):
             continue
-        converging.engage(applied=np.zeros((1, 2)), plan=plan)
-        optimum = converging.step(x, reference)
-        error = apart(problem, plan.u.values[problem.delay], optimum.u.values[problem.delay])
+        error = error_of(plan, iterating, np.zeros((1, 2)), x, reference)
         told += 1
         covered += error <= plan.diagnostics.command_error
     assert told > 100
@@ -160,7 +169,7 @@ def test_guesses_that_stray_are_repaired_also_after_others_that_did(engine, samp
     rng = np.random.default_rng(5)
     problem, _, _ = beside_the_path(0.0, 0.0)
     controller = rumo.RealTimeIteration(problem, gate=None, backend=engine)
-    converging = rumo.RealTimeIteration(problem, gate=None, sqp_iterations=300, tolerance=1e-10, backend="portable")
+    iterating = converging(problem)
     errors = []
     for _ in range(samples):
         _, x, reference = beside_the_path(rng.uniform(-6.0, 6.0), rng.uniform(-1.0, 1.0), rng.uniform(4.0, 14.0))
@@ -168,9 +177,7 @@ def test_guesses_that_stray_are_repaired_also_after_others_that_did(engine, samp
         plan = controller.step(x, reference)
         assert plan.status.applicable
         if plan.trusted:
-            converging.engage(applied=applied, plan=plan)
-            optimum = converging.step(x, reference)
-            errors.append(apart(problem, plan.u.values[problem.delay], optimum.u.values[problem.delay]))
+            errors.append(error_of(plan, iterating, applied, x, reference))
     assert len(errors) > 0.6 * samples
     assert max(errors) < 0.05
 
@@ -198,11 +205,8 @@ def test_a_tiny_step_after_a_large_one_settles_nothing(engine):
     applied = controller.applied
     jumped = [2.46521, 0.66446, 80.5747, 86.4267]
     plan = controller.step(jumped, reference)
-    converging = rumo.RealTimeIteration(problem, gate=None, sqp_iterations=300, tolerance=1e-10, backend="portable")
-    converging.engage(applied=applied, plan=plan)
-    optimum = converging.step(jumped, reference)
     assert plan.status.applicable
-    assert apart(problem, plan.u.values[0], optimum.u.values[0]) < 0.05 or not plan.trusted
+    assert error_of(plan, converging(problem), applied, jumped, reference) < 0.05 or not plan.trusted
 
 
 def test_a_curved_limit_that_full_steps_go_around():
