@@ -1,6 +1,8 @@
 """Code of pages that show how to do something: it runs in the order of the page, and prints what stands below it."""
 
 import re
+import subprocess
+import sys
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -11,10 +13,12 @@ DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"```python\n(?P<code>.*?)```(?:\n+```text\n(?P<output>.*?)```)?", re.DOTALL)
 
 
-@pytest.mark.parametrize("page", ["closed-loop", "step-it-yourself", "extend-it", "logs"])
-def test_page(page, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("MPLBACKEND", "Agg")
+LONG = ("index", "your-own-model", "faults", "where-to-linearise", "which-discretisation")
+"""Pages that drive studies, or wait for compilers."""
+
+
+def run(page):
+    """Run a page's code, each block with what stands before it, and compare what it prints."""
     text = (DOCS / f"{page}.md").read_text(encoding="utf-8")
     namespace = {"__name__": "page"}
     for block in BLOCK.finditer(text):
@@ -25,6 +29,41 @@ def test_page(page, tmp_path, monkeypatch):
             exec(code, namespace)
         assert printed.getvalue() == (block["output"] or ""), f"{page}.md, line {line}"
     assert len(namespace) > 2
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        *("closed-loop", "step-it-yourself", "extend-it", "logs"),
+        *(pytest.param(page, marks=pytest.mark.slow) for page in LONG),
+    ],
+)
+def test_page(page):
+    run(page)
+
+
+@pytest.mark.slow
+def test_first_page():
+    """It runs the paper's study, prints its errors, and reads its log."""
+    command = [sys.executable, "-m", "rumo", "study", "paper", "--output", "out"]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    page = (DOCS / "get-started.md").read_text(encoding="utf-8")
+    shown = page[page.index("How it drives") : page.index("Report: out")]
+    errors, shown = (
+        [line.split() for line in text.splitlines() if re.search(r"error.* \d", line)] for text in (printed, shown)
+    )
+    assert len(errors) == 6
+    assert errors == shown
+    after_2s = next(words[-3:] for words in errors if words[:5] == ["RMS", "error", "after", "2", "s"])
+    row = " | ".join(f"{error} m" for error in after_2s)
+    assert f"| RMS error after 2 s | {row} |" in (DOCS.parent / "README.md").read_text(encoding="utf-8")
+    run("get-started")
 
 
 def test_own_parts_are_short():
