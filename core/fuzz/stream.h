@@ -35,9 +35,9 @@ static inline void take(stream *s, void *to, size_t size) {
 }
 
 static inline int take_below(stream *s, int count) {
-    uint16_t word;
-    take(s, &word, count > 256 ? 2 : 1);
-    return word % count;
+    uint8_t bytes[2] = {0};
+    take(s, bytes, count > 256 ? 2 : 1);
+    return (bytes[0] + 256 * bytes[1]) % count;
 }
 
 /* Near the number that was there, at an end of the range, or any. */

@@ -29,22 +29,21 @@ RARE static rumo_fault check_order(const char *part, const int *rows, int count)
         if (found.error) return found;        \
     } while (0)
 
-/* Entries at rows and columns, sorted by rows. */
+/* Entries at rows and columns, sorted by rows, then by columns, and none of them twice: room is laid out for as many products
+ * of entries as there can be, and those of states come before those of inputs. */
 RARE static rumo_fault check_places(const char *part, const int *row, const int *column, int count, int rows,
                                     int columns) {
     TRY(check_words(part, "row", row, count, 1, (ranges){0, {rows, 0, 0}}));
     TRY(check_words(part, "column", column, count, 1, (ranges){0, {columns, 0, 0}}));
-    return check_order(part, row, count);
+    TRY(check_order(part, row, count));
+    for (int e = 1; e < count; ++e)
+        if (row[e] == row[e - 1] && column[e] <= column[e - 1]) return (rumo_fault){RUMO_OUT_OF_ORDER, part, "column", e};
+    return no_fault;
 }
 
-/* No entry comes twice: room is laid out for as many products of entries as there can be. */
 RARE static rumo_fault check_pattern(const char *part, const rumo_pattern *p, int rows, int columns, int slots) {
     if (p->first > slots - p->count) return (rumo_fault){RUMO_OUT_OF_RANGE, part, "first", -1};
-    TRY(check_places(part, p->row, p->column, p->count, rows, columns));
-    for (int e = 1; e < p->count; ++e)
-        if (p->row[e] == p->row[e - 1] && p->column[e] <= p->column[e - 1])
-            return (rumo_fault){RUMO_OUT_OF_ORDER, part, "column", e};
-    return no_fault;
+    return check_places(part, p->row, p->column, p->count, rows, columns);
 }
 
 static int takes_two(int operation) {

@@ -29,6 +29,7 @@ WRONG = {
     "delay": (lambda _: 15, "delay is too large"),
     "tape_code": (lambda a: changed(a, 0, 99), r"tape_code\[0\] is out of range"),
     "M_row": (lambda a: changed(a, 0, -1), r"M_row\[0\] is out of range"),
+    "elimination_column": (lambda a: changed(a, 1, a[0]), r"elimination_column\[1\] comes out of order"),
     "elimination_store": (lambda a: changed(a, 1, 10**6), r"elimination_store\[1\] is out of range"),
     "elimination_sparse": (lambda a: changed(a, 1, 1), r"elimination_sparse\[1\] is out of range"),
     "shift_stages": (lambda a: changed(a, 2, 15), r"shift_stages\[2\] is out of range"),
@@ -65,6 +66,14 @@ def test_one_wrong_thing_of_sparse_factors(name, index, value):
     values = core_problem(rumo.RealTimeIteration(rod(60), backend="portable").transcription).values
     with pytest.raises(ValueError, match=rf"factor_{name}\[{index}\] is out of range"):
         Core(0, values | {f"factor_{name}": changed(values[f"factor_{name}"], index, value)}, asdict(Settings()))
+
+
+def test_columns_of_substeps_come_in_order():
+    transcription = rumo.RealTimeIteration(car()[0], rumo.Bdf2(substeps=2), backend="portable").transcription
+    values = core_problem(transcription).values
+    columns = changed(values["composition_column"], 1, values["composition_column"][0])
+    with pytest.raises(ValueError, match=r"composition_column\[1\] comes out of order"):
+        Core(0, values | {"composition_column": columns}, asdict(Settings()))
 
 
 def test_wide_problems_are_condensed():
