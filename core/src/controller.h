@@ -9,6 +9,11 @@
 #include "solve/solver.h"
 #include "stages/stages.h"
 
+/* A guess that is set aside. */
+typedef struct kept_guess {
+    double *u, *x, *inner; /* (N, nu), (N + 1, nx), (ni, lanes) */
+} kept_guess;
+
 struct rumo_controller {
     dims s;
     rumo_problem problem;
@@ -24,7 +29,9 @@ struct rumo_controller {
     int prepared;
     int still;               /* whether the guess is a state at rest, which nobody has planned */
     int behind;              /* samples between what the solver keeps and the guess: 0 or 1 */
-    double *from_u, *from_x, *from_inner; /* the guess that iterations of a sample begin with, or a step is cut from */
+    kept_guess from;         /* that iterations of a sample begin with, or a step is cut from */
+    kept_guess first;        /* that steps were cut from at first; or one set aside */
+    double *way_inner;       /* (ni, lanes): scratch */
     double *values;          /* (nb, nu): of the plan's blocks */
     double *stored_u, *stored_x, *stored_inner; /* the guess before iterations of its preparation, */
     int stored;                                 /* if there were any */

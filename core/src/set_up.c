@@ -16,9 +16,13 @@ RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) 
     ctl->numbers = alloc_doubles(a, size_of_plan(&s));
     ctl->inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     ctl->guess_rest = alloc_doubles(a, rest_of_plan(&s));
-    ctl->from_u = alloc_doubles(a, s.N * s.nu);
-    ctl->from_x = alloc_doubles(a, (s.N + 1) * s.nx);
-    ctl->from_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
+    ctl->from.u = alloc_doubles(a, s.N * s.nu);
+    ctl->from.x = alloc_doubles(a, (s.N + 1) * s.nx);
+    ctl->from.inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
+    ctl->first.u = alloc_doubles(a, s.N * s.nu);
+    ctl->first.x = alloc_doubles(a, (s.N + 1) * s.nx);
+    ctl->first.inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
+    ctl->way_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     ctl->values = alloc_doubles(a, s.n);
     ctl->stored_u = alloc_doubles(a, s.N * s.nu);
     ctl->stored_x = alloc_doubles(a, (s.N + 1) * s.nx);

@@ -1,95 +1,19 @@
 /* A step that is safeguarded: where the first iteration is not to be trusted, others follow.
  *
  * At first full steps, while each is less than half the one before: Newton's method where it converges. Else from the guess
- * again, with steps cut so that each is worth it on the nonlinear problem (merit.c). */
+ * again, with steps cut so that each is worth it on the nonlinear problem (merit.c). Where none is, or what settles is worse than
+ * what the guess's inputs lead to, from there, with steps damped so that each is worth it where its own inputs lead. */
 #ifndef RUMO_SETTLE_C
 #define RUMO_SETTLE_C
 
-#include "guard/stray.c"
-#include "iterate.c"
-#include "merit.c"
-#include "stages/roll_out.c"
-
-/* Settled: what is left of the inputs' changes over their ranges or, where that is not known, the last change. */
-#define SETTLED 0.01
-#define SETTLED_STEP 1e-3
-/* The share of what a step promises that it has to hold; how often it is cut; promises that are rounding, over the merit. */
-#define SHARE_HELD 0.1
-#define CUTS 12
-#define NO_PROMISE 1e-12
-
-/* Whether steps are taken as they come, and not judged. */
-static inline int is_plain(const rumo_controller *ctl) { return isinf(ctl->settings.trusted_step); }
-
-/* Whether no further iteration is needed, this one's step being full, and the one before `before` long, NaN if that is not
- * known. */
-static inline int is_settled(const rumo_controller *ctl, int iterations, double before) {
-    const double size = ctl->step.size;
-    if (iterations < ctl->settings.sqp_iterations && !(change(ctl) < ctl->settings.sqp_tolerance)) return 0;
-    if (!(ctl->straying < STRAYED)) return 0;
-    if (iterations == 1 && ctl->wary) return 0;
-    if (iterations == 1 && size <= ctl->settings.trusted_step) return 1;
-    if (iterations > 1 && !(change(ctl) < STRAYED)) return 0; /* states may go on where all inputs are at bounds */
-    return size <= SETTLED_STEP || error_left(before, size) <= SETTLED;
-}
-
-/* Whether there is to be no other, however things are. */
-static int is_last(const rumo_controller *ctl, int iterations) {
-    const rumo_settings *set = &ctl->settings;
-    return (iterations >= set->sqp_iterations && iterations > set->settling_iterations) || is_over(ctl->end);
-}
-
-/* Keep the guess, for steps from there. */
-static void keep_from(rumo_controller *ctl) { copy_guess(ctl, ctl->from_u, ctl->from_x, ctl->from_inner); }
-
-static void set_from(rumo_controller *ctl) { set_guess(ctl, ctl->from_u, ctl->from_x, ctl->from_inner); }
+#include "cut_steps.c"
+#include "damped_steps.c"
+#include "settled.c"
 
 /* What is known is not guessed. */
 static void set_known(rumo_controller *ctl, const double *x) {
     copy(ctl->stages.guess_x, x, ctl->s.nx);
     copy(ctl->stages.guess_u, ctl->guard.applied, ctl->s.d * ctl->s.nu);
-}
-
-/* An iteration after the first of a sample. */
-static rumo_status iterate_again(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan) {
-    const rumo_status status = iterate(ctl, x, reference, plan);
-    if (is_solved(status)) ctl->moved_later = larger(ctl->moved_later, ctl->step.size);
-    return status;
-}
-
-/* The guess is a share of the way from the one that was kept to the plan. */
-static void set_on_the_way(rumo_controller *ctl, double share) {
-    const dims *s = &ctl->s;
-    stage_maps *m = &ctl->stages;
-    const double *u = plan_u(ctl), *x = plan_x(ctl);
-    for (int i = 0; i < s->N * s->nu; ++i) m->guess_u[i] = ctl->from_u[i] + share * (u[i] - ctl->from_u[i]);
-    for (int i = s->nx; i < (s->N + 1) * s->nx; ++i) m->guess_x[i] = ctl->from_x[i] + share * (x[i] - ctl->from_x[i]);
-    for (int i = 0; i < s->ni * s->lanes; ++i)
-        m->guess_inner[i] = ctl->from_inner[i] + share * (ctl->inner[i] - ctl->from_inner[i]);
-}
-
-/* Linearise where the plan's step is worth it, from the guess at which the stages are linearised; the share taken, 0 if there
- * is none. The guess that it is from is kept, and *price raised to what that needs. */
-static double take_step(rumo_controller *ctl, const double *reference, double *price) {
-    const worth now = worth_of_guess(ctl, reference), promised = promise_of_step(ctl, reference);
-    *price = price_for(now, promised, *price);
-    const double merit_now = priced(now, *price), less = merit_now - priced(promised, *price);
-    const int promises = less > NO_PROMISE * fabs(merit_now);
-    keep_from(ctl);
-    double share = 1.0;
-    for (int i = 0; i < CUTS && !is_over(ctl->end); ++i) {
-        set_on_the_way(ctl, share);
-        double more = INFINITY;
-        if (linearise(&ctl->stages, last_decided(&ctl->guard), ctl->end)) {
-            more = priced(worth_of_guess(ctl, reference), *price) - merit_now;
-            if (!promises || more <= -SHARE_HELD * share * less) return share;
-        }
-        /* Where a parabola through both, with the slope that was promised, has its minimum. */
-        const double best = 0.5 * share * share * less / (more + share * less);
-        share = best > 0.3 * share ? smaller(best, 0.5 * share) : 0.3 * share;
-    }
-    set_from(ctl);
-    return 0.0;
 }
 
 /* The guess is the plan, with constraints as they are there. */
@@ -107,27 +31,38 @@ static void show_guess(rumo_controller *ctl) {
     plan_diagnostics(ctl)[RUMO_COMMAND_ERROR] = plan_diagnostics(ctl)[RUMO_KKT_RESIDUAL] = NAN;
 }
 
+/* Whether what has settled is worse than where the inputs lead of the guess that iterations began with, and that cost this much.
+ * What is linearised stays so, set aside meanwhile. */
+static int is_worse_than_way(rumo_controller *ctl, const double *x, const double *reference, const kept_guess *begun,
+                             double cost, const kept_guess *aside) {
+    const double now = promise_of_step(ctl, reference).cost;
+    if (!(now > WORSE * cost)) return 0;
+    keep(ctl, aside);
+    take_up(ctl, begun);
+    set_known(ctl, x);
+    const int leads = roll_guess_out(ctl);
+    const worth way = leads ? worth_of_guess(ctl, reference) : (worth){INFINITY, 0.0};
+    take_up(ctl, aside);
+    (void)linearise(&ctl->stages, last_decided(&ctl->guard), INFINITY); /* it was there before */
+    return now > WORSE * way.cost && !(way.lack > ROLLED_OUT * ctl->s.N * ctl->s.nx);
+}
+
 /* Iterations that are worth it, from a guess made ready. Where there is no way on from a guess, there may be one from the state
  * alone: SOLVER_FAILED, so that it is tried. */
 RARE static rumo_status globalise(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan,
                                   int iterations) {
-    double price = 0.0, before = NAN;
-    ctl->last_step = NAN;
-    rumo_status status = iterate_again(ctl, x, reference, plan);
-    if (!is_solved(status)) return status;
-    while (!is_settled(ctl, ++iterations, before)) {
-        copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(&ctl->s));
-        const double share = is_last(ctl, iterations) ? 0.0 : take_step(ctl, reference, &price);
-        before = share == 1.0 ? ctl->step.size : NAN;
-        if (share < 1.0) ctl->last_step = NAN;
-        if (share == 0.0 || make_ready(ctl) != RUMO_OPTIMAL || !is_solved(status = iterate_again(ctl, x, reference, plan))) {
-            plan->conflicts = 0; /* those were of a step not taken */
-            if (!is_last(ctl, iterations) && !ctl->still) return RUMO_SOLVER_FAILED;
-            show_guess(ctl);
-            return RUMO_UNTRUSTED;
-        }
-    }
-    return status;
+    keep(ctl, &ctl->first);
+    double price = 0.0;
+    const double cost = worth_of_guess(ctl, reference).cost;
+    rumo_status status = take_cut_steps(ctl, x, reference, plan, &iterations, &price);
+    if (is_solved(status) && is_worse_than_way(ctl, x, reference, &ctl->first, cost, &ctl->from)) status = RUMO_UNTRUSTED;
+    if (status != RUMO_UNTRUSTED) return status;
+    keep(ctl, &ctl->from);
+    if (!is_last(ctl, iterations)) status = take_damped_steps(ctl, x, reference, plan, iterations, price);
+    plan->conflicts = 0; /* those were of a step not taken */
+    if (status == RUMO_SOLVER_FAILED && !is_last(ctl, iterations) && !ctl->still) return RUMO_SOLVER_FAILED;
+    if (!is_solved(status)) show_guess(ctl);
+    return is_solved(status) ? status : RUMO_UNTRUSTED;
 }
 
 /* Iterations with full steps, the first of which has been made; UNTRUSTED if they come to nothing. */
@@ -155,10 +90,12 @@ OUTSIDE static rumo_status settle(rumo_controller *ctl, const double *x, const d
                                   rumo_status status) {
     int iterations = 1;
     if (is_last(ctl, iterations)) return RUMO_UNTRUSTED;
-    keep_from(ctl);
-    const rumo_status settled = take_full_steps(ctl, x, reference, plan, status, &iterations);
+    keep(ctl, &ctl->from);
+    const double cost = worth_of_guess(ctl, reference).cost;
+    rumo_status settled = take_full_steps(ctl, x, reference, plan, status, &iterations);
+    if (is_solved(settled) && is_worse_than_way(ctl, x, reference, &ctl->from, cost, &ctl->first)) settled = RUMO_UNTRUSTED;
     if (settled != RUMO_UNTRUSTED || is_last(ctl, iterations)) return settled;
-    set_from(ctl);
+    take_up(ctl, &ctl->from);
     set_known(ctl, x);
     const rumo_status usable = linearize(ctl);
     return usable == RUMO_OPTIMAL ? globalise(ctl, x, reference, plan, iterations) : usable;
@@ -197,13 +134,12 @@ RARE static rumo_status try_start(rumo_controller *ctl, const double *x, const d
     if (!is_plain(ctl)) set_known(ctl, x);
     rumo_status usable = linearize(ctl);
     if (!is_plain(ctl)) {
-        keep_from(ctl);
+        keep(ctl, &ctl->from);
         const double cost = usable == RUMO_OPTIMAL ? worth_of_guess(ctl, reference).cost : INFINITY;
-        if (roll_out(&ctl->stages, last_decided(&ctl->guard), ctl->step.dx, ctl->step.du, ctl->inner, ctl->end) &&
-            worth_of_guess(ctl, reference).cost <= cost) {
+        if (roll_guess_out(ctl) && worth_of_guess(ctl, reference).cost <= cost) {
             usable = make_ready(ctl);
         } else {
-            set_from(ctl);
+            take_up(ctl, &ctl->from);
             usable = linearize(ctl);
         }
     }

@@ -19,6 +19,11 @@ static void staying_lay_out(arena *a, void *self, const rumo_problem *own, const
 
 static void staying_nothing(void *self) { (void)self; }
 
+static void staying_damp(void *self, double damping) {
+    (void)self;
+    (void)damping;
+}
+
 static int staying_prepare(void *self, const stage_maps *m, int shift, double end) {
     (void)end;
     const dims s = dims_of(&((staying *)self)->problem->sizes);
@@ -54,5 +59,5 @@ static rumo_status staying_solve(void *self, const stage_maps *m, const stage_kn
     return RUMO_OPTIMAL;
 }
 
-static const stage_solver solver = {staying_lay_out, staying_nothing, staying_nothing, staying_prepare,
-                                    staying_reach,   staying_solve};
+static const stage_solver solver = {staying_lay_out, staying_nothing, staying_nothing, staying_damp,
+                                    staying_prepare, staying_reach,   staying_solve};

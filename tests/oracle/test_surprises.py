@@ -57,7 +57,9 @@ def test_engines_are_surprised_alike(ice):
         assert any(iterated(plan) for plan in plans[backend][30:])
     for ours, theirs in zip(*plans.values(), strict=True):
         assert iterated(ours) == iterated(theirs)
-        np.testing.assert_allclose(ours.u.values, theirs.u.values, atol=1e-9 * problem.input_scales.max())
+        assert ours.status is theirs.status
+        allowed = 1e-9 if ours.trusted else 1e-5  # rounding grows over a hundred iterations that do not converge
+        assert (np.abs(ours.u.values - theirs.u.values) < allowed * problem.input_scales).all()
 
 
 def test_where_predictions_are_good_one_iteration_is_enough():

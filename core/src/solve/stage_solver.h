@@ -51,6 +51,9 @@ typedef struct stage_solver {
     void (*lay_out)(arena *, void *, const rumo_problem *own, const rumo_problem *given);
     void (*renumber)(void *); /* the problem's numbers are others, or known for the first time */
     void (*forget)(void *);   /* nothing of former solutions helps */
+    /* Whatever is prepared next: by how much inputs change from block to block, over their ranges, costs so many times the
+     * square of what that differs by from the guess, on top of what it costs anyway. 0 again where it is nothing. */
+    void (*damp)(void *, double);
     /* All that needs no measurement, with what is kept of former solutions `shift` samples on, 0 or 1; 0 if rounding leaves no
      * solution, or the clock has come to `end`. */
     int (*prepare)(void *, const stage_maps *, int shift, double end);

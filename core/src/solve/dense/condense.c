@@ -147,8 +147,8 @@ static void reach_of(const dims *s, const condensed *h, int stages, double *rest
 
 /* Upper triangle of the Gauss-Newton Hessian: outputs' outputs, and the band of the input increments; until the clock comes to
  * `end`. */
-static void add_up_hessian(const dims *s, const double *restrict move_weights, const double *input_scales, double end,
-                           condensed *h) {
+static void add_up_hessian(const dims *s, const double *restrict move_weights, const double *input_scales, double damping,
+                           double end, condensed *h) {
     for (int i = 0; i < s->n && !is_over(end); i += ROWS)
         for (int j = i / LANES * LANES; j < s->ld; j += LANES) {
             double block[ROWS][LANES] = {{0.0}};
@@ -164,7 +164,7 @@ static void add_up_hessian(const dims *s, const double *restrict move_weights, c
         }
     for (int i = 0; i < s->n; ++i) {
         const int j = i % s->nu;
-        const double weight = 2.0 * move_weights[i] * input_scales[j] * input_scales[j];
+        const double weight = 2.0 * move_weights[i] * input_scales[j] * input_scales[j] + 2.0 * damping;
         double *diagonal = h->hessian + (ptrdiff_t)i * s->ld + i;
         *diagonal += weight;
         if (i < s->nu) continue;

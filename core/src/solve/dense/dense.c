@@ -5,6 +5,7 @@
 #include "solve/dense/prepare.c"
 #include "solve/dense/solve.c"
 
-static const stage_solver dense_solver = {dense_lay_out, dense_renumber, dense_forget, dense_prepare, dense_reach, dense_solve};
+static const stage_solver dense_solver = {dense_lay_out, dense_renumber, dense_forget, dense_damp,
+                                          dense_prepare, dense_reach,    dense_solve};
 
 #endif

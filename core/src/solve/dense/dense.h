@@ -13,6 +13,7 @@ typedef struct dense {
     dims s;
     const rumo_problem *problem;
     condensed condensed;
+    double damping;                        /* of changes of the inputs: see stage_solver.h */
     int shift;                             /* stages by which the working set is taken over */
     int *imposed_now;                      /* (N nc,): constraints that are imposed and that inputs can influence */
     free_limits limits;

@@ -24,6 +24,8 @@ RARE static void dense_renumber(void *self) {
 
 static void dense_forget(void *self) { clear_members(&((dense *)self)->p.q); }
 
+RARE static void dense_damp(void *self, double damping) { ((dense *)self)->damping = damping; }
+
 /* The row that a member is after the horizon has been prepared again, `shift` stages on. */
 static int dense_becomes(const qp *q, int row) {
     const dense *d = (const dense *)q;
@@ -63,7 +65,7 @@ OUTSIDE static int dense_prepare(void *self, const stage_maps *m, int shift, dou
                 d->imposed_now[i] ? 1.0 / unit_of_row(norm, p->numbers.constraint_scales[i - k * s.nc]) : 0.0;
         }
     }
-    add_up_hessian(&s, p->numbers.move_weights, scales, end, h);
+    add_up_hessian(&s, p->numbers.move_weights, scales, d->damping, end, h);
     const double share = factorize(s.n, s.ld, h->hessian, h->factor, h->inverse, h->transpose, end);
     if (share == 0.0) return 0;
     set_fine(&d->p.q, share, longest_row(s.n, s.ld, h->transpose));

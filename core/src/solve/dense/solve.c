@@ -149,7 +149,8 @@ static double dense_slope(qp *q, double *rest) {
     for (int i = 0; i < s.n; ++i) {
         const double scale = numbers->input_scales[i % s.nu];
         const double move = u[i] + scale * v[i] - (i < s.nu ? last[i] : u[i - s.nu] + scale * v[i - s.nu]);
-        const double force = 2.0 * numbers->move_weights[i] * move * scale;
+        const double more = v[i] - (i < s.nu ? 0.0 : v[i - s.nu]);
+        const double force = 2.0 * numbers->move_weights[i] * move * scale + 2.0 * d->damping * more;
         slope[i] += force;
         if (i >= s.nu) slope[i - s.nu] -= force;
         const double least = 1e-6 * d->p.hessian[(ptrdiff_t)i * s.ld + i];

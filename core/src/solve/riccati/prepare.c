@@ -77,6 +77,23 @@ RARE static void riccati_lay_out(arena *a, void *self, const rumo_problem *own, 
     if (a->base) lay_out_inputs(&s, &p, &own->blocking, r);
 }
 
+/* What changes of the inputs cost, by their squares. */
+RARE static void curve_moves(riccati *r) {
+    const dims *s = &r->s;
+    const rumo_numbers *p = &r->problem->numbers;
+    for (int k = s->d; k < s->N; ++k)
+        for (int j = 0; j < s->nu && begins(s, &r->problem->blocking, k); ++j) {
+            const double weight = p->move_weights[block_at(s, &r->problem->blocking, k) * s->nu + j];
+            r->move_curvature[k * s->nu + j] = 2.0 * weight * p->input_scales[j] * p->input_scales[j] + 2.0 * r->damping;
+        }
+}
+
+RARE static void riccati_damp(void *self, double damping) {
+    riccati *const r = (riccati *)self;
+    r->damping = damping;
+    curve_moves(r);
+}
+
 /* What the solver keeps in another form. */
 RARE static void riccati_renumber(void *self) {
     riccati *const r = (riccati *)self;
@@ -96,10 +113,8 @@ RARE static void riccati_renumber(void *self) {
     }
     for (int k = s->d; k < s->N; ++k) {
         for (int i = 0; i < s->ny; ++i) r->output_curvature[i * s->lanes + k] = 2.0 * p->output_weights[k * s->ny + i];
-        for (int j = 0; j < s->nu && begins(s, &r->problem->blocking, k); ++j)
-            r->move_curvature[k * s->nu + j] = 2.0 * p->move_weights[block_at(s, &r->problem->blocking, k) * s->nu + j] *
-                                               p->input_scales[j] * p->input_scales[j];
     }
+    curve_moves(r);
     for (int i = 0; i < s->nc * s->lanes; ++i) {
         q->l1[q->first_soft + i] = p->l1[i / s->lanes];
         q->l2[q->first_soft + i] = p->l2[i / s->lanes];

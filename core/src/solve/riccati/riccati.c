@@ -5,7 +5,7 @@
 #include "solve/riccati/prepare.c"
 #include "solve/riccati/solve.c"
 
-static const stage_solver riccati_solver = {riccati_lay_out, riccati_renumber, riccati_forget,
+static const stage_solver riccati_solver = {riccati_lay_out, riccati_renumber, riccati_forget, riccati_damp,
                                             riccati_prepare, riccati_reach,    riccati_solve};
 
 #endif

@@ -92,6 +92,7 @@ typedef struct riccati {
     double *P, *next_P, *T, *H;      /* (zeta, ld) each, rounded up to four rows, and (nu, ld): see factorise.c */
     double *factor, *inverse;        /* (nu, nu), (nu,): L, and 1 / D, of a stage */
     double *move_curvature;          /* (N, nu): by change of v, where inputs begin, else 0 */
+    double damping;                  /* of changes of v: see stage_solver.h */
     double *output_curvature;        /* (ny, lanes): by outputs */
     curvature_term *terms;           /* (term_count,): the curvature that outputs add at the end of a stage */
     int term_count;

@@ -22,6 +22,13 @@ static void simulate_decided(riccati *r, const stage_maps *m, const stage_known 
     for (int j = 0; j < s.nu; ++j) r->zeta[s.d * p.ld + p.v + j] = (last[j] - m->guess_last[j]) / scales[j];
 }
 
+/* With damping D, w (m + d)^2 + D d^2 is (w + D) (m w / (w + D) + d)^2 and a constant: a share of the guess's change m counts. */
+static inline double share_of_move(const riccati *r, int k, int j) {
+    if (r->damping == 0.0) return 1.0;
+    const double curvature = r->move_curvature[k * r->s.nu + j];
+    return (curvature - 2.0 * r->damping) / curvature;
+}
+
 /* Limits of all rows, as deviations from the guess. */
 static void set_limits(riccati *r, const stage_maps *m) {
     const dims s = dims_of(&r->problem->sizes);
@@ -35,7 +42,7 @@ static void set_limits(riccati *r, const stage_maps *m) {
             const int i = block_at(&s, &r->problem->blocking, k) * s.nu + j, row = j * s.lanes + k;
             const double u = m->guess_values[i], move = u - before;
             before = u;
-            r->moves[row] = share * move;
+            r->moves[row] = share * move * share_of_move(r, k, j);
             q->lower[row] = share * (r->limits.lower[i] - u);
             q->upper[row] = share * (r->limits.upper[i] - u);
             if (!r->limited) continue;

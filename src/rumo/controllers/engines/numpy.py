@@ -138,7 +138,7 @@ class NumpyRti(Method):
             candidate = better
         return candidate
 
-    def linearize(self, guess: Trajectory, applied: Array) -> bool:
+    def linearize(self, guess: Trajectory, applied: Array, damping: float = 0.0) -> bool:
         """Linearise about the guess, eliminate its unknowns, assemble the QP; False if that gives no numbers."""
         problem, transcription = self.transcription.problem, self.transcription
         d, blocks = problem.delay, problem.blocks
@@ -149,7 +149,7 @@ class NumpyRti(Method):
         if not stages.finite:
             return False
         try:
-            self._horizon = assemble(stages, problem, transcription.imposed)
+            self._horizon = assemble(stages, problem, transcription.imposed, damping)
         except np.linalg.LinAlgError:
             return False
         self._reach = self._horizon.reach

@@ -1,7 +1,9 @@
 """A step that is safeguarded: where the first iteration is not to be trusted, others follow.
 
 At first full steps, while each is less than half the one before: Newton's method where it converges. Else from the
-guess again, with steps cut so that each is worth it on the nonlinear problem, see `merit`. As core/src/settle.c.
+guess again, with steps cut so that each is worth it on the nonlinear problem, see `merit`. Where none is, or what
+settles is worse than what the guess's inputs lead to, from there, with steps damped so that each is worth it where its
+own inputs lead, see `damping`. As core/src/settle.c.
 """
 
 from __future__ import annotations
@@ -14,7 +16,9 @@ import numpy as np
 
 from rumo.controllers.arguments import tracked
 from rumo.controllers.engines.base import Candidate
+from rumo.controllers.engines.damping import SHARE_HELD, damping_after, damping_for
 from rumo.controllers.engines.merit import Worth, price_for, promise_of_step, worth_of_guess
+from rumo.controllers.engines.roll_out import ROLLED_OUT, roll_out
 from rumo.controllers.engines.stagewise import eliminate
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.signals import Array
@@ -32,14 +36,13 @@ CONVERGING = 0.5
 """Iterations converge if each step is less than this share of the one before."""
 LEAST_CONTRACTION = 0.05
 """One that is less may be luck."""
-SHARE_HELD = 0.1
-"""Of what a step promises, what it has to hold."""
 CUTS = 12
+CUT_ITERATIONS = 0.75
+"""The share of all iterations after which no other step is cut."""
 NO_PROMISE = 1e-12
 """Promises that are rounding, over the merit."""
-SWEEPS = 20
-ROLLED_OUT = 1e-9
-"""Newton's corrections that are none, over the largest size of a state."""
+WORSE = 1.01
+"""A plan that costs so many times what the guess does is worse."""
 
 
 def error_left(before: float, size: float) -> float:
@@ -53,7 +56,6 @@ class Settling:
     def __init__(self, rti: NumpyRti, x: Array, window: Mapping[str, Array], applied: Array) -> None:
         self._rti, self._x, self._window, self._applied = rti, x, window, applied
         self._reference = tracked(rti.transcription.problem, window)[1:]
-        self._price = 0.0
         self._iterations = 1
         self._alone = False  # whether they begin with the state alone
 
@@ -77,12 +79,13 @@ class Settling:
         """After a first iteration that is not to be trusted; None if nothing came of it."""
         if self._is_last:
             return replace(candidate, status=Status.UNTRUSTED)
-        start = self._rti.about
-        settled, candidate = self._take_full_steps(candidate)
-        if settled or self._is_last:
-            return candidate if settled else replace(candidate, status=Status.UNTRUSTED)
+        start, cost = self._rti.about, self._worth().cost
         d = self._rti.transcription.problem.delay
         known = replace(start, x=np.vstack([self._x, start.x[1:]]), u=np.vstack([self._applied[:d], start.u[d:]]))
+        settled, candidate = self._take_full_steps(candidate)
+        settled = settled and not self._is_worse(candidate, known, cost)
+        if settled or self._is_last:
+            return candidate if settled else replace(candidate, status=Status.UNTRUSTED)
         return self._globalise(candidate) if self._rti.linearize(known, self._applied) else None
 
     def start(self, rest: Trajectory) -> bool:
@@ -120,6 +123,14 @@ class Settling:
             self._iterations += 1
         return True, candidate
 
+    def _is_worse(self, candidate: Candidate, guess: Trajectory, cost: float) -> bool:
+        """Whether what has settled is worse than where a guess's inputs lead, which cost this itself."""
+        now = self._promised(candidate).cost
+        if not now > WORSE * cost:
+            return False
+        rolled = self._rolled_out(guess)
+        return rolled is not None and now > WORSE * rolled[1].cost and not rolled[1].lack > ROLLED_OUT * guess.x.size
+
     def _iterate(self) -> Candidate:
         """An iteration after the first."""
         rti = self._rti
@@ -133,39 +144,104 @@ class Settling:
 
         Where there is no way on from a guess, there may be one from the state alone: None, so that it is tried.
         """
-        rti, before = self._rti, np.nan
+        rti, first, cost = self._rti, self._rti.about, self._worth().cost
         rti.begin()
         candidate = self._iterate()
         if not rti.is_usable(candidate):
             return replace(before_it, status=Status.BUDGET_EXCEEDED) if rti.is_over else None
+        settled, guess, candidate, price = self._take_cut_steps(candidate)
+        settled = settled and not self._is_worse(candidate, first, cost)
+        if not settled and not self._is_last:
+            damped = self._take_damped_steps((first, guess), candidate, price)
+            if damped is None and not self._alone:
+                return None
+            settled, guess, candidate = damped or (False, guess, candidate)
+        return candidate if settled else self._shown(guess, candidate)
+
+    def _take_cut_steps(self, candidate: Candidate) -> tuple[bool, Trajectory, Candidate, float]:
+        """Iterations with cut steps, one of which has been made; whether they settle, where they come to, the price."""
+        rti, before, price = self._rti, np.nan, 0.0
+        most = CUT_ITERATIONS * max(rti.settings.settling_iterations, rti.settings.sqp_iterations)
         self._iterations += 1
+        share = 1.0
         while not self.is_settled(candidate, before):
-            start = rti.about
-            share, guess = (0.0, start) if self._is_last else self._step_taken(candidate)
+            short = share == 1.0 or rti.step_size <= SETTLED_STEP
+            enough = self._is_last or (self._iterations > most and not short)
+            share, guess = 0.0, rti.about
+            if not enough:
+                share, guess, price = self._step_taken(candidate, price)
             before = rti.step_size if share == 1.0 else np.nan
             if share < 1.0:
                 rti.begin()
-            better = None
-            if share > 0.0 and rti.linearize(guess, self._applied):
-                better = self._iterate()
+            better = self._iterate() if share > 0.0 and rti.linearize(guess, self._applied) else None
             if better is None or not rti.is_usable(better):
-                return self._shown(guess, candidate) if self._is_last or self._alone else None
+                return False, guess, candidate, price
             candidate = better
             self._iterations += 1
-        return candidate
+        return True, rti.about, candidate, price
 
-    def _step_taken(self, candidate: Candidate) -> tuple[float, Trajectory]:
-        """The share of a step that is worth it, 0 if none is, and where that leads."""
-        rti, start, plan = self._rti, self._rti.about, candidate.trajectory
-        horizon, transcription = rti.horizon, rti.transcription
-        values = self._values(start)
-        now = worth_of_guess(transcription, horizon.stages, horizon.c, horizon.reach, values, self._reference)
-        promised = promise_of_step(
-            transcription, horizon.stages, (start, plan), candidate.constraints, self._values(plan), self._reference
+    def _take_damped_steps(
+        self, guesses: tuple[Trajectory, Trajectory], candidate: Candidate, price: float
+    ) -> tuple[bool, Trajectory, Candidate] | None:
+        """The same with damped steps, from where inputs of a guess lead to where each step's do; None if nowhere."""
+        rti, damping, first, before = self._rti, 0.0, 0.0, np.nan
+        ways = [way for way in map(self._rolled_out, guesses) if way is not None]
+        if not ways or not rti.linearize(min(ways, key=lambda way: way[1].merit(price))[0], self._applied):
+            return None
+        rti.begin()
+        while True:
+            start, better = rti.about, self._iterate()
+            if not rti.is_usable(better):
+                return False, start, candidate
+            candidate = better
+            self._iterations += 1
+            if damping == 0.0 and self.is_settled(candidate, before):
+                return True, start, candidate
+            if self._is_last:
+                return False, start, candidate
+            merit_now, less, price = self._promise(candidate, price)
+            plan, size = candidate.trajectory, rti.step_size
+            if first == 0.0:
+                ranges = rti.transcription.problem.input_scales
+                first = damping_for(less, np.diff(self._values(plan) - self._values(start), axis=0) / ranges)
+            rolled = self._rolled_out(plan)
+            more = np.inf if rolled is None else rolled[1].merit(price) - merit_now
+            share = -more / less if less > NO_PROMISE * abs(merit_now) else float(more < np.inf)
+            held = share >= SHARE_HELD
+            before = size if damping == 0.0 and held else np.nan
+            if not before > 0.0:
+                rti.begin()
+            damping = damping_after(damping, first, share)
+            if not held and damping == 0.0:
+                return False, start, candidate
+            guess = rolled[0] if rolled is not None and held else start
+            if not rti.linearize(guess, self._applied, damping):
+                return False, guess, candidate
+
+    def _promise(self, candidate: Candidate, price: float) -> tuple[float, float, float]:
+        """The merit of what is linearised about, by how much less a step promises, and the price of both."""
+        now, promised = self._worth(), self._promised(candidate)
+        price = price_for(now, promised, price)
+        return now.merit(price), now.merit(price) - promised.merit(price), price
+
+    def _worth(self) -> Worth:
+        """Of what is linearised about."""
+        rti, horizon = self._rti, self._rti.horizon
+        values = self._values(rti.about)
+        return worth_of_guess(rti.transcription, horizon.stages, horizon.c, horizon.reach, values, self._reference)
+
+    def _promised(self, candidate: Candidate) -> Worth:
+        """What a plan would be worth as linearised."""
+        rti, plan = self._rti, candidate.trajectory
+        step, values = (rti.about, plan), self._values(plan)
+        return promise_of_step(
+            rti.transcription, rti.horizon.stages, step, candidate.constraints, values, self._reference
         )
-        self._price = price_for(now, promised, self._price)
-        merit_now = now.merit(self._price)
-        less = merit_now - promised.merit(self._price)
+
+    def _step_taken(self, candidate: Candidate, price: float) -> tuple[float, Trajectory, float]:
+        """The share of a step that is worth it, 0 if none is, where that leads, and the price of what is lacking."""
+        rti, start, plan = self._rti, self._rti.about, candidate.trajectory
+        merit_now, less, price = self._promise(candidate, price)
         promises = less > NO_PROMISE * abs(merit_now)
         share = 1.0
         for _ in range(CUTS):
@@ -174,12 +250,12 @@ class Settling:
             guess = _between(start, plan, share)
             worth, more = self._evaluated(guess), np.inf
             if worth is not None:
-                more = worth.merit(self._price) - merit_now
+                more = worth.merit(price) - merit_now
                 if not promises or more <= -SHARE_HELD * share * less:
-                    return share, guess
+                    return share, guess, price
             best = 0.5 * share**2 * less / (more + share * less)
             share = min(best, 0.5 * share) if best > 0.3 * share else 0.3 * share
-        return 0.0, start
+        return 0.0, start, price
 
     def _evaluated(self, guess: Trajectory) -> Worth | None:
         """What a guess is worth; None where the model has no value."""
@@ -201,27 +277,11 @@ class Settling:
         problem = self._rti.transcription.problem
         return np.vstack([self._applied[-1], problem.blocks.values(guess.u[problem.delay :])])
 
-    def _rolled_out(self, rest: Trajectory) -> tuple[Trajectory, Worth] | None:
-        """Where the inputs of a state at rest lead, by Newton's method for all intervals at once; None if it fails."""
-        transcription, guess, nx = self._rti.transcription, rest, len(self._x)
-        for _ in range(SWEEPS):
-            stages = transcription.linearize(guess.x, guess.u, guess.inner, transcription.problem.parameters)
-            try:
-                A, _, c = eliminate(stages)
-            except np.linalg.LinAlgError:
-                return None
-            if not (stages.finite and np.isfinite(c).all()):
-                return None
-            if (np.abs(c[:, :nx]).max(axis=0) <= ROLLED_OUT * np.maximum(np.abs(guess.x).max(axis=0), 1.0)).all():
-                worth = self._evaluated(guess)
-                return None if worth is None else (guess, worth)
-            dw, before = np.empty_like(c), np.zeros(nx)
-            for k in range(len(c)):
-                dw[k] = A[k] @ before + c[k]
-                before = dw[k, :nx]
-            x = np.vstack([guess.x[:1], guess.x[1:] + dw[:, :nx]])
-            guess = replace(guess, x=x, inner=guess.inner + dw[:, nx:])
-        return None
+    def _rolled_out(self, guess: Trajectory) -> tuple[Trajectory, Worth] | None:
+        """Where a guess's inputs lead, and what that is worth; None if it comes to nothing."""
+        rolled = roll_out(self._rti.transcription, guess)
+        worth = None if rolled is None else self._evaluated(rolled)
+        return None if rolled is None or worth is None else (rolled, worth)
 
     def _shown(self, guess: Trajectory, candidate: Candidate) -> Candidate:
         """A guess as the plan, with constraints as they are there."""

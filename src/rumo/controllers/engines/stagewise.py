@@ -122,8 +122,8 @@ def eliminate(stages: Stages) -> tuple[Array, Array, Array]:
     return solved[:, :, :nx], solved[:, :, nx:-1], solved[:, :, -1]
 
 
-def assemble(stages: Stages, problem: Problem, imposed: np.ndarray) -> Horizon:
-    """Put the stages together; `LinAlgError` if M is singular at some stage. O(N) nonzeros."""
+def assemble(stages: Stages, problem: Problem, imposed: np.ndarray, damping: float = 0.0) -> Horizon:
+    """Put the stages together; `LinAlgError` if M is singular at some stage. O(N) nonzeros. Damped as in `damping`."""
     A, B, c = eliminate(stages)
     (N, _, nx), nu, size = A.shape, B.shape[2], stages.Cx.shape[2]
     A_xz, B_xz, D = A[:, :size], B[:, :size], stages.D
@@ -140,7 +140,7 @@ def assemble(stages: Stages, problem: Problem, imposed: np.ndarray) -> Horizon:
     n, nq = T.shape[0] * nu, T.shape[0] * nu + N * size
     Y = np.concatenate([stages.Cu @ U, stages.Cx * unit], axis=2)
     G = np.concatenate([stages.E @ U, D * unit], axis=2)
-    Q, R = problem.output_weights, problem.block_move_weights * problem.input_scales**2
+    Q, R = problem.output_weights, problem.block_move_weights * problem.input_scales**2 + damping
     hessian = sparse(
         (nq, nq),
         (2.0 * Y.transpose(0, 2, 1) @ (Q[:, :, None] * Y), at[:, :, None], at[:, None]),
