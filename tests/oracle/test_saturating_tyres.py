@@ -32,14 +32,14 @@ class MagicFormula:
         return share * along, share * across
 
 
-def beside_a_straight_road(tyre, mu, speed, error):
+def beside_a_straight_road(tyre, mu, speed, error, **changes):
     """A passenger car on slippery ground, some metres beside its road: problem, state, reference."""
     car = replace(PASSENGER_CAR, front=replace(PASSENGER_CAR.front, mu=mu), rear=replace(PASSENGER_CAR.rear, mu=mu))
     problem = rumo.Problem(
         dynamic_bicycle(car, tyre),
         horizon=20,
         sampling_time=0.04,
-        delay=1,
+        **({"delay": 1} | changes),
         track={name: rumo.Weight(weight, range=size) for name, (weight, size) in WEIGHTS.items()},
         moves={name: rumo.Weight(MOVES, range=2.0 * most) for name, most in INPUTS.items()},
         bounds={name: (-most, most) for name, most in INPUTS.items()} | {"delta": (-0.6, 0.6)},
@@ -83,10 +83,20 @@ def test_the_car_is_held_as_by_the_nlp(tyre, mu, speed, error):
     assert heading < best_heading + 0.1
 
 
-def test_engines_damp_alike():
-    problem, x, reference = beside_a_straight_road(MagicFormula(), 0.4, 25.0, 3.0)
-    plans = [
-        rumo.RealTimeIteration(problem, gate=None, backend=b).step(x, reference) for b in ("portable", "reference")
-    ]
-    assert [plan.status for plan in plans] == 2 * [rumo.Status.UNTRUSTED]
-    assert np.abs((plans[0].u.values - plans[1].u.values) / problem.input_scales).max() < 1e-6
+@pytest.mark.parametrize(
+    "changes",
+    [
+        pytest.param({}, id="as it is"),
+        pytest.param({"blocks": rumo.IncrementBlocks([2, 3, 5, 9])}, id="blocks", marks=pytest.mark.slow),
+        pytest.param({"move_bounds": {"steering_rate": (-0.3, 0.3)}}, id="move bounds", marks=pytest.mark.slow),
+        pytest.param({"delay": 3}, id="delay", marks=pytest.mark.slow),
+    ],
+)
+def test_solvers_damp_alike(changes):
+    problem, x, reference = beside_a_straight_road(MagicFormula(), 0.4, 25.0, 3.0, **changes)
+    ways = [{"qp": rumo.QpOptions(solver="condensing")}, {"qp": rumo.QpOptions(solver="riccati")}]
+    ways = [{"backend": "reference"}, *(way | {"backend": "portable"} for way in ways)]
+    plans = [rumo.RealTimeIteration(problem, gate=None, **way).step(x, reference) for way in ways]
+    assert [plan.status for plan in plans] == 3 * [rumo.Status.UNTRUSTED]
+    for plan in plans[1:]:
+        assert np.abs((plan.u.values - plans[0].u.values) / problem.input_scales).max() < 1e-6
