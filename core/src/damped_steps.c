@@ -62,13 +62,13 @@ static int choose_way(rumo_controller *ctl, const double *reference, double pric
     return roll_guess_out(ctl);
 }
 
-/* Iterations with damped steps, from where inputs lead to where each step's do; SOLVER_FAILED if they lead nowhere, else
+/* Iterations with damped steps, from where inputs lead to where each step's do; SOLVER_FAILED if none does, else
  * UNTRUSTED if nothing settles, with where they have come to as the guess. */
 RARE static rumo_status take_damped_steps(rumo_controller *ctl, const double *x, const double *reference, rumo_plan *plan,
                                           int iterations, double price) {
     const stage_solver *solver = solver_of(&ctl->problem.sizes);
     double damping = 0.0, first = 0.0, before = NAN;
-    copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(&ctl->s));
+    int led_on = 0;
     if (!choose_way(ctl, reference, price) || make_ready(ctl) != RUMO_OPTIMAL) {
         take_up(ctl, &ctl->from);
         return RUMO_SOLVER_FAILED;
@@ -91,6 +91,7 @@ RARE static rumo_status take_damped_steps(rumo_controller *ctl, const double *x,
         const int promises = less > NO_PROMISE * fabs(merit_now);
         const double share = promises ? -more / less : more < INFINITY ? 1.0 : 0.0;
         const int held = share >= SHARE_HELD;
+        led_on |= held;
         before = damping == 0.0 && held ? size : NAN;
         if (isnan(before)) ctl->last_step = NAN;
         damping = damping_after(damping, first, share);
@@ -100,7 +101,7 @@ RARE static rumo_status take_damped_steps(rumo_controller *ctl, const double *x,
         if (make_ready(ctl) != RUMO_OPTIMAL) break;
     }
     solver->damp(&ctl->solving, 0.0);
-    return RUMO_UNTRUSTED;
+    return led_on ? RUMO_UNTRUSTED : RUMO_SOLVER_FAILED;
 }
 
 #endif

@@ -1,8 +1,8 @@
 /* A step that is safeguarded: where the first iteration is not to be trusted, others follow.
  *
  * At first full steps, while each is less than half the one before: Newton's method where it converges. Else from the guess
- * again, with steps cut so that each is worth it on the nonlinear problem (merit.c). Where none is, or what settles is worse than
- * what the guess's inputs lead to, from there, with steps damped so that each is worth it where its own inputs lead. */
+ * again, with steps cut so that each is worth it on the nonlinear problem (merit.c). Where none is, or what settles is worse
+ * than what the guess's inputs lead to, from there, with steps damped so that each is worth it where its own inputs lead. */
 #ifndef RUMO_SETTLE_C
 #define RUMO_SETTLE_C
 
@@ -31,20 +31,57 @@ static void show_guess(rumo_controller *ctl) {
     plan_diagnostics(ctl)[RUMO_COMMAND_ERROR] = plan_diagnostics(ctl)[RUMO_KKT_RESIDUAL] = NAN;
 }
 
-/* Whether what has settled is worse than where the inputs lead of the guess that iterations began with, and that cost this much.
- * What is linearised stays so, set aside meanwhile. */
+/* Whether the guess's free inputs are within bounds and move bounds, and hard constraints hold there. */
+static int is_admissible(const rumo_controller *ctl) {
+    const dims *s = &ctl->s;
+    const stage_maps *m = &ctl->stages;
+    const rumo_problem *p = &ctl->problem;
+    const rumo_numbers *numbers = &p->numbers;
+    const double *values = m->guess_values, *before = last_decided(&ctl->guard);
+    int within = 1;
+    for (int i = s->d * s->nu; i < s->N * s->nu; ++i) {
+        const double room = RUMO_SLACK_TOLERANCE * numbers->input_scales[i % s->nu];
+        const double u = m->guess_u[i];
+        within &= u >= numbers->bounds.input_lower[i] - room && u <= numbers->bounds.input_upper[i] + room;
+    }
+    for (int i = 0; i < s->n; ++i) {
+        const double room = RUMO_SLACK_TOLERANCE * numbers->input_scales[i % s->nu];
+        const double move = values[i] - (i < s->nu ? before[i] : values[i - s->nu]);
+        within &= move >= numbers->block_lower[i] - room && move <= numbers->block_upper[i] + room;
+    }
+    for (int i = 0; i < s->N * s->nc; ++i) {
+        const int r = i % s->nc;
+        const double over = m->terms[(ptrdiff_t)(p->G_first + r) * s->lanes + i / s->nc] - numbers->constraint_limits[i];
+        within &= !(p->imposed[i] && isinf(numbers->l1[r]) && over > RUMO_SLACK_TOLERANCE * numbers->constraint_scales[r]);
+    }
+    return within;
+}
+
+/* What changes of the inputs may cost that settle for nothing. */
+static double cost_of_nothing(const rumo_controller *ctl) {
+    const dims *s = &ctl->s;
+    double sum = 0.0;
+    for (int i = 0; i < s->n; ++i) {
+        const double step = SETTLED_STEP * ctl->problem.numbers.input_scales[i % s->nu];
+        sum += ctl->problem.numbers.move_weights[i] * step * step;
+    }
+    return sum;
+}
+
+/* Whether what has settled is worse than where the inputs lead of the guess that iterations began with, and that cost this
+ * much. What is linearised stays so, set aside meanwhile. */
 static int is_worse_than_way(rumo_controller *ctl, const double *x, const double *reference, const kept_guess *begun,
                              double cost, const kept_guess *aside) {
-    const double now = promise_of_step(ctl, reference).cost;
+    const double now = promise_of_step(ctl, reference).cost - cost_of_nothing(ctl);
     if (!(now > WORSE * cost)) return 0;
     keep(ctl, aside);
     take_up(ctl, begun);
     set_known(ctl, x);
-    const int leads = roll_guess_out(ctl);
-    const worth way = leads ? worth_of_guess(ctl, reference) : (worth){INFINITY, 0.0};
+    const int comparable = roll_guess_out(ctl) && is_admissible(ctl);
+    const int worse = comparable && now > WORSE * worth_of_guess(ctl, reference).cost;
     take_up(ctl, aside);
     (void)linearise(&ctl->stages, last_decided(&ctl->guard), INFINITY); /* it was there before */
-    return now > WORSE * way.cost && !(way.lack > ROLLED_OUT * ctl->s.N * ctl->s.nx);
+    return worse;
 }
 
 /* Iterations that are worth it, from a guess made ready. Where there is no way on from a guess, there may be one from the state
@@ -55,7 +92,10 @@ RARE static rumo_status globalise(rumo_controller *ctl, const double *x, const d
     double price = 0.0;
     const double cost = worth_of_guess(ctl, reference).cost;
     rumo_status status = take_cut_steps(ctl, x, reference, plan, &iterations, &price);
-    if (is_solved(status) && is_worse_than_way(ctl, x, reference, &ctl->first, cost, &ctl->from)) status = RUMO_UNTRUSTED;
+    if (is_solved(status) && is_worse_than_way(ctl, x, reference, &ctl->first, cost, &ctl->from)) {
+        copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(&ctl->s));
+        status = RUMO_UNTRUSTED;
+    }
     if (status != RUMO_UNTRUSTED) return status;
     keep(ctl, &ctl->from);
     if (!is_last(ctl, iterations)) status = take_damped_steps(ctl, x, reference, plan, iterations, price);

@@ -90,6 +90,7 @@ RARE static void curve_moves(riccati *r) {
 
 RARE static void riccati_damp(void *self, double damping) {
     riccati *const r = (riccati *)self;
+    if (damping != r->damping) r->norms_at = -1; /* of the closed loop, which is another */
     r->damping = damping;
     curve_moves(r);
 }

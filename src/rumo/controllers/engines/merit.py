@@ -13,6 +13,7 @@ import numpy as np
 
 from rumo.controllers.engines.stagewise import affine
 from rumo.controllers.engines.trajectory import Trajectory
+from rumo.kernel import SLACK_TOLERANCE
 from rumo.signals import Array
 from rumo.transcription import Stages, Transcription
 
@@ -67,6 +68,18 @@ def promise_of_step(
     dxz = np.hstack([(new.x - old.x)[1:], (new.inner - old.inner)[:, :nz]])
     error = affine(stages.y, (stages.Cx, dxz), (stages.Cu, new.u - old.u)) - reference
     return _worth(transcription, error, constraints, values, 0.0)
+
+
+def is_admissible(transcription: Transcription, guess: Trajectory, values: Array) -> bool:
+    """Whether free inputs, of blocks (nb + 1, nu), are within bounds and move bounds, and hard limits hold."""
+    problem, numbers, d = transcription.problem, transcription.problem.numbers, transcription.problem.delay
+    u, moves, room = guess.u[d:], np.diff(values, axis=0), SLACK_TOLERANCE * problem.input_scales
+    lower, upper = problem.block_move_bounds
+    within = (u >= numbers.input_lower[d:] - room) & (u <= numbers.input_upper[d:] + room)
+    moved = (moves >= lower - room) & (moves <= upper + room)
+    G = transcription.linearize(guess.x, guess.u, guess.inner, problem.parameters).G
+    broken = transcription.imposed & np.isinf(numbers.l1) & (SLACK_TOLERANCE * problem.constraint_scales < G)
+    return bool(within.all() and moved.all() and not broken.any())
 
 
 def price_for(now: Worth, promised: Worth, price: float) -> float:

@@ -17,8 +17,8 @@ import numpy as np
 from rumo.controllers.arguments import tracked
 from rumo.controllers.engines.base import Candidate
 from rumo.controllers.engines.damping import SHARE_HELD, damping_after, damping_for
-from rumo.controllers.engines.merit import Worth, price_for, promise_of_step, worth_of_guess
-from rumo.controllers.engines.roll_out import ROLLED_OUT, roll_out
+from rumo.controllers.engines.merit import Worth, is_admissible, price_for, promise_of_step, worth_of_guess
+from rumo.controllers.engines.roll_out import roll_out
 from rumo.controllers.engines.stagewise import eliminate
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.signals import Array
@@ -125,11 +125,15 @@ class Settling:
 
     def _is_worse(self, candidate: Candidate, guess: Trajectory, cost: float) -> bool:
         """Whether what has settled is worse than where a guess's inputs lead, which cost this itself."""
-        now = self._promised(candidate).cost
+        transcription, problem = self._rti.transcription, self._rti.transcription.problem
+        nothing = (problem.block_move_weights * (SETTLED_STEP * problem.input_scales) ** 2).sum()
+        now = self._promised(candidate).cost - nothing
         if not now > WORSE * cost:
             return False
         rolled = self._rolled_out(guess)
-        return rolled is not None and now > WORSE * rolled[1].cost and not rolled[1].lack > ROLLED_OUT * guess.x.size
+        if rolled is None or not now > WORSE * rolled[1].cost:
+            return False
+        return is_admissible(transcription, rolled[0], self._values(rolled[0]))
 
     def _iterate(self) -> Candidate:
         """An iteration after the first."""
@@ -153,7 +157,7 @@ class Settling:
         settled = settled and not self._is_worse(candidate, first, cost)
         if not settled and not self._is_last:
             damped = self._take_damped_steps((first, guess), candidate, price)
-            if damped is None and not self._alone:
+            if damped is None and not self._alone and not rti.is_over:
                 return None
             settled, guess, candidate = damped or (False, guess, candidate)
         return candidate if settled else self._shown(guess, candidate)
@@ -183,22 +187,23 @@ class Settling:
     def _take_damped_steps(
         self, guesses: tuple[Trajectory, Trajectory], candidate: Candidate, price: float
     ) -> tuple[bool, Trajectory, Candidate] | None:
-        """The same with damped steps, from where inputs of a guess lead to where each step's do; None if nowhere."""
+        """The same with damped steps, from where inputs of a guess lead to where each step's do; None if none does."""
         rti, damping, first, before = self._rti, 0.0, 0.0, np.nan
         ways = [way for way in map(self._rolled_out, guesses) if way is not None]
         if not ways or not rti.linearize(min(ways, key=lambda way: way[1].merit(price))[0], self._applied):
             return None
         rti.begin()
+        led_on = False
         while True:
             start, better = rti.about, self._iterate()
             if not rti.is_usable(better):
-                return False, start, candidate
+                break
             candidate = better
             self._iterations += 1
             if damping == 0.0 and self.is_settled(candidate, before):
                 return True, start, candidate
             if self._is_last:
-                return False, start, candidate
+                break
             merit_now, less, price = self._promise(candidate, price)
             plan, size = candidate.trajectory, rti.step_size
             if first == 0.0:
@@ -208,15 +213,17 @@ class Settling:
             more = np.inf if rolled is None else rolled[1].merit(price) - merit_now
             share = -more / less if less > NO_PROMISE * abs(merit_now) else float(more < np.inf)
             held = share >= SHARE_HELD
+            led_on |= held
             before = size if damping == 0.0 and held else np.nan
             if not before > 0.0:
                 rti.begin()
             damping = damping_after(damping, first, share)
             if not held and damping == 0.0:
-                return False, start, candidate
-            guess = rolled[0] if rolled is not None and held else start
-            if not rti.linearize(guess, self._applied, damping):
-                return False, guess, candidate
+                break
+            start = rolled[0] if rolled is not None and held else start
+            if not rti.linearize(start, self._applied, damping):
+                break
+        return (False, start, candidate) if led_on else None
 
     def _promise(self, candidate: Candidate, price: float) -> tuple[float, float, float]:
         """The merit of what is linearised about, by how much less a step promises, and the price of both."""
