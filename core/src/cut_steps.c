@@ -23,18 +23,16 @@ static void set_on_the_way(rumo_controller *ctl, double share) {
 /* Linearise where the plan's step is worth it, from the guess at which the stages are linearised; the share taken, 0 if there
  * is none. The guess that it is from is kept, and *price raised to what that needs. */
 static double take_step(rumo_controller *ctl, const double *reference, double *price) {
-    const worth now = worth_of_guess(ctl, reference), promised = promise_of_step(ctl, reference);
-    *price = price_for(now, promised, *price);
-    const double merit_now = priced(now, *price), less = merit_now - priced(promised, *price);
-    const int promises = less > NO_PROMISE * fabs(merit_now);
+    const promise made = promise_at(ctl, reference, price);
+    const double less = made.less;
     keep(ctl, &ctl->from);
     double share = 1.0;
     for (int i = 0; i < CUTS && !is_over(ctl->end); ++i) {
         set_on_the_way(ctl, share);
         double more = INFINITY;
         if (linearise(&ctl->stages, last_decided(&ctl->guard), ctl->end)) {
-            more = priced(worth_of_guess(ctl, reference), *price) - merit_now;
-            if (!promises || more <= -SHARE_HELD * share * less) return share;
+            more = priced(worth_of_guess(ctl, reference), *price) - made.merit;
+            if (!made.promises || more <= -SHARE_HELD * share * less) return share;
         }
         /* Where a parabola through both, with the slope that was promised, has its minimum. */
         const double best = 0.5 * share * share * less / (more + share * less);

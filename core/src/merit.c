@@ -17,13 +17,24 @@ typedef struct worth {
 
 static double priced(worth w, double price) { return w.cost + price * w.lack; }
 
+/* By how much input i of the blocks changes from the one before. */
+static double move_at(const rumo_controller *ctl, const double *values, int i) {
+    return values[i] - (i < ctl->s.nu ? last_decided(&ctl->guard)[i] : values[i - ctl->s.nu]);
+}
+
+/* Path constraint r of stage k less its limit, at the guess. */
+static double constraint_at(const rumo_controller *ctl, int k, int r) {
+    const rumo_problem *p = &ctl->problem;
+    return ctl->stages.terms[(ptrdiff_t)(p->G_first + r) * ctl->s.lanes + k] - p->numbers.constraint_limits[k * ctl->s.nc + r];
+}
+
 /* The cost of changes of the inputs, from block to block. */
 static double cost_of_moves(const rumo_controller *ctl, const double *values) {
     const dims *s = &ctl->s;
-    const double *weights = ctl->problem.numbers.move_weights, *before = last_decided(&ctl->guard);
+    const double *weights = ctl->problem.numbers.move_weights;
     double sum = 0.0;
     for (int i = 0; i < s->n; ++i) {
-        const double move = values[i] - (i < s->nu ? before[i] : values[i - s->nu]);
+        const double move = move_at(ctl, values, i);
         sum += weights[i] * move * move;
     }
     return sum;
@@ -56,9 +67,7 @@ static worth worth_of_guess(const rumo_controller *ctl, const double *reference)
         for (int k = 0; k < s->N; ++k)
             add_error(ctl, k, r, m->terms[(ptrdiff_t)(p->y_first + r) * s->lanes + k] - reference[(k + 1) * s->ny + r], &w);
     for (int r = 0; r < s->nc; ++r)
-        for (int k = 0; k < s->N; ++k)
-            add_excess(ctl, k, r,
-                       m->terms[(ptrdiff_t)(p->G_first + r) * s->lanes + k] - p->numbers.constraint_limits[k * s->nc + r], &w);
+        for (int k = 0; k < s->N; ++k) add_excess(ctl, k, r, constraint_at(ctl, k, r), &w);
     return w;
 }
 
@@ -80,6 +89,9 @@ static worth promise_of_step(const rumo_controller *ctl, const double *reference
     return w;
 }
 
+/* Promises that are rounding, over the merit. */
+#define NO_PROMISE 1e-12
+
 /* A price at which a step takes off at least a share of what is lacking, whatever it costs otherwise. */
 #define SHARE_OF_LACK 0.1
 
@@ -88,6 +100,19 @@ static double price_for(worth now, worth promised, double price) {
     if (!(less > 0.0)) return price;
     const double needed = (promised.cost - now.cost) / ((1.0 - SHARE_OF_LACK) * less);
     return needed > price ? 2.0 * needed : price;
+}
+
+/* The merit of the guess, and by how much less a step from it promises, at *price, which is raised to what that needs. */
+typedef struct promise {
+    double merit, less;
+    int promises; /* more than rounding */
+} promise;
+
+static promise promise_at(const rumo_controller *ctl, const double *reference, double *price) {
+    const worth now = worth_of_guess(ctl, reference), promised = promise_of_step(ctl, reference);
+    *price = price_for(now, promised, *price);
+    const double merit = priced(now, *price), less = merit - priced(promised, *price);
+    return (promise){merit, less, less > NO_PROMISE * fabs(merit)};
 }
 
 #endif

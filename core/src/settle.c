@@ -19,14 +19,10 @@ static void set_known(rumo_controller *ctl, const double *x) {
 /* The guess is the plan, with constraints as they are there. */
 static void show_guess(rumo_controller *ctl) {
     const dims *s = &ctl->s;
-    const rumo_problem *p = &ctl->problem;
-    const stage_maps *m = &ctl->stages;
     recall_guess(ctl);
     (void)linearise(&ctl->stages, last_decided(&ctl->guard), INFINITY); /* it was there before */
     for (int k = 0; k < s->N; ++k)
-        for (int r = 0; r < s->nc; ++r)
-            plan_constraints(ctl)[k * s->nc + r] =
-                m->terms[(ptrdiff_t)(p->G_first + r) * s->lanes + k] - p->numbers.constraint_limits[k * s->nc + r];
+        for (int r = 0; r < s->nc; ++r) plan_constraints(ctl)[k * s->nc + r] = constraint_at(ctl, k, r);
     show_algebraic(ctl);
     plan_diagnostics(ctl)[RUMO_COMMAND_ERROR] = plan_diagnostics(ctl)[RUMO_KKT_RESIDUAL] = NAN;
 }
@@ -37,7 +33,6 @@ static int is_admissible(const rumo_controller *ctl) {
     const stage_maps *m = &ctl->stages;
     const rumo_problem *p = &ctl->problem;
     const rumo_numbers *numbers = &p->numbers;
-    const double *values = m->guess_values, *before = last_decided(&ctl->guard);
     int within = 1;
     for (int i = s->d * s->nu; i < s->N * s->nu; ++i) {
         const double room = RUMO_SLACK_TOLERANCE * numbers->input_scales[i % s->nu];
@@ -46,13 +41,12 @@ static int is_admissible(const rumo_controller *ctl) {
     }
     for (int i = 0; i < s->n; ++i) {
         const double room = RUMO_SLACK_TOLERANCE * numbers->input_scales[i % s->nu];
-        const double move = values[i] - (i < s->nu ? before[i] : values[i - s->nu]);
+        const double move = move_at(ctl, m->guess_values, i);
         within &= move >= numbers->block_lower[i] - room && move <= numbers->block_upper[i] + room;
     }
     for (int i = 0; i < s->N * s->nc; ++i) {
-        const int r = i % s->nc;
-        const double over = m->terms[(ptrdiff_t)(p->G_first + r) * s->lanes + i / s->nc] - numbers->constraint_limits[i];
-        within &= !(p->imposed[i] && isinf(numbers->l1[r]) && over > RUMO_SLACK_TOLERANCE * numbers->constraint_scales[r]);
+        const int r = i % s->nc, hard = p->imposed[i] && isinf(numbers->l1[r]);
+        within &= !(hard && constraint_at(ctl, i / s->nc, r) > RUMO_SLACK_TOLERANCE * numbers->constraint_scales[r]);
     }
     return within;
 }

@@ -8,9 +8,8 @@
 /* Settled: what is left of the inputs' changes over their ranges or, where that is not known, the last change. */
 #define SETTLED 0.01
 #define SETTLED_STEP 1e-3
-/* The share of what a step promises that it has to hold; promises that are rounding, over the merit. */
+/* The share of what a step promises that it has to hold. */
 #define SHARE_HELD 0.1
-#define NO_PROMISE 1e-12
 
 /* A plan that costs so many times what the guess does is worse. */
 #define WORSE 1.01
