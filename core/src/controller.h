@@ -33,8 +33,8 @@ struct rumo_controller {
     kept_guess first;        /* that steps were cut from at first; or one set aside */
     double *way_inner;       /* (ni, lanes): scratch */
     double *values;          /* (nb, nu): of the plan's blocks */
-    double *stored_u, *stored_x, *stored_inner; /* the guess before iterations of its preparation, */
-    int stored;                                 /* if there were any */
+    kept_guess stored;       /* the guess before iterations of its preparation, */
+    int has_stored;          /* if there were any */
     double *last_reference;  /* (N + 1, ny): wanted at the sample before, */
     double *expected;        /* and the same one sample later */
     int has_reference;

@@ -53,12 +53,12 @@ static double merit_of_way(rumo_controller *ctl, const double *reference, double
 /* Linearise where the inputs lead of the guess that was first, or of the one that is kept, whichever is worth more; 0 if both
  * come to nothing. */
 static int choose_way(rumo_controller *ctl, const double *reference, double price) {
-    take_up(ctl, &ctl->from);
-    const double merit = merit_of_way(ctl, reference, price);
     take_up(ctl, &ctl->first);
     const double of_first = merit_of_way(ctl, reference, price);
-    if (of_first <= merit && of_first < INFINITY) return 1;
     take_up(ctl, &ctl->from);
+    const double merit = merit_of_way(ctl, reference, price);
+    if (merit <= of_first) return merit < INFINITY;
+    take_up(ctl, &ctl->first);
     return roll_guess_out(ctl);
 }
 

@@ -57,7 +57,7 @@ static void start_guess(rumo_controller *ctl, const double *x) {
     guess_inner(m, x);
     ctl->still = 1;
     ctl->last_step = NAN;
-    ctl->prepared = ctl->stored = ctl->behind = 0;
+    ctl->prepared = ctl->has_stored = ctl->behind = 0;
     solver_of(&ctl->problem.sizes)->forget(&ctl->solving);
 }
 

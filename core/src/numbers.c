@@ -85,7 +85,7 @@ RARE static rumo_fault update_numbers(rumo_controller *ctl, const rumo_numbers *
     solver_of(&ctl->problem.sizes)->renumber(&ctl->solving);
     if (given_parameters) spread_parameters(ctl);
     if (scales || prices || rows) solver_of(&ctl->problem.sizes)->forget(&ctl->solving);
-    if (linear || ctl->stored) ctl->prepared = 0;
+    if (linear || ctl->has_stored) ctl->prepared = 0;
     return no_fault;
 }
 

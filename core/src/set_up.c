@@ -8,6 +8,12 @@
 #include "guard/guard.h"
 #include "numbers.c"
 
+RARE static void lay_out_guess(arena *a, kept_guess *kept, const dims *s) {
+    kept->u = alloc_doubles(a, s->N * s->nu);
+    kept->x = alloc_doubles(a, (s->N + 1) * s->nx);
+    kept->inner = alloc_doubles(a, (ptrdiff_t)s->ni * s->lanes);
+}
+
 /* Lay out a controller in memory, or measure it; with memory, copy the problem. */
 RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) {
     rumo_problem *const own = &ctl->problem;
@@ -16,17 +22,11 @@ RARE static void lay_out(arena *a, rumo_controller *ctl, const rumo_problem *p) 
     ctl->numbers = alloc_doubles(a, size_of_plan(&s));
     ctl->inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     ctl->guess_rest = alloc_doubles(a, rest_of_plan(&s));
-    ctl->from.u = alloc_doubles(a, s.N * s.nu);
-    ctl->from.x = alloc_doubles(a, (s.N + 1) * s.nx);
-    ctl->from.inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
-    ctl->first.u = alloc_doubles(a, s.N * s.nu);
-    ctl->first.x = alloc_doubles(a, (s.N + 1) * s.nx);
-    ctl->first.inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
+    lay_out_guess(a, &ctl->from, &s);
+    lay_out_guess(a, &ctl->first, &s);
+    lay_out_guess(a, &ctl->stored, &s);
     ctl->way_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     ctl->values = alloc_doubles(a, s.n);
-    ctl->stored_u = alloc_doubles(a, s.N * s.nu);
-    ctl->stored_x = alloc_doubles(a, (s.N + 1) * s.nx);
-    ctl->stored_inner = alloc_doubles(a, (ptrdiff_t)s.ni * s.lanes);
     ctl->last_reference = alloc_doubles(a, (s.N + 1) * s.ny);
     ctl->expected = alloc_doubles(a, (s.N + 1) * s.ny);
     ctl->near_reach = alloc_doubles(a, s.nx);
@@ -60,7 +60,7 @@ static void configure(rumo_controller *ctl, const rumo_settings *settings) {
 
 RARE static void reset_controller(rumo_controller *ctl) {
     reset_guard(&ctl->guard);
-    ctl->prepared = ctl->stored = ctl->behind = ctl->has_reference = 0;
+    ctl->prepared = ctl->has_stored = ctl->behind = ctl->has_reference = 0;
     solver_of(&ctl->problem.sizes)->forget(&ctl->solving);
     ctl->prepare_seconds = ctl->linearize_seconds = ctl->straying = 0.0;
     ctl->last_step = NAN;

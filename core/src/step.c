@@ -12,8 +12,8 @@
 
 /* Put the guess aside, for another preparation of the same sample. */
 static void store_guess(rumo_controller *ctl) {
-    copy_guess(ctl, ctl->stored_u, ctl->stored_x, ctl->stored_inner);
-    ctl->stored = 1;
+    keep(ctl, &ctl->stored);
+    ctl->has_stored = 1;
 }
 
 /* What was wanted at the last sample, one sample later; the end of it stays. */
@@ -93,7 +93,7 @@ static void prepare_in_time(rumo_controller *ctl) {
     expect_readings(ctl);
     ctl->linearize_seconds = NAN;
     if (ctl->guard.has_guess) {
-        if (ctl->stored) set_guess(ctl, ctl->stored_u, ctl->stored_x, ctl->stored_inner);
+        if (ctl->has_stored) take_up(ctl, &ctl->stored);
         ctl->guard.has_guess = linearize(ctl) == RUMO_OPTIMAL && (!is_plain(ctl) || keep_guess(&ctl->guard, ctl->straying));
         ctl->linearize_seconds = ctl->linearized_at - start;
     }
@@ -176,7 +176,7 @@ static void conclude(rumo_controller *ctl, rumo_status cause, rumo_plan *plan) {
     plan->status = follow(&ctl->guard, solved, cause);
     if (!solved && g->has_next) show_algebraic(ctl);
     if (g->has_next) set_guess(ctl, g->next_u, g->next_x, g->next_inner);
-    ctl->prepared = ctl->stored = ctl->still = 0;
+    ctl->prepared = ctl->has_stored = ctl->still = 0;
     ctl->behind = 1;
 }
 
@@ -197,7 +197,7 @@ RARE static rumo_status adopt(rumo_controller *ctl, const double *u, const doubl
     set_guess(ctl, plan_u(ctl), plan_x(ctl), ctl->inner);
     if (!linearise(&ctl->stages, last_decided(g), INFINITY)) ctl->guard.monitor.due = 0;
     set_guess(ctl, g->next_u, g->next_x, g->next_inner);
-    ctl->prepared = ctl->stored = ctl->still = ctl->behind = 0;
+    ctl->prepared = ctl->has_stored = ctl->still = ctl->behind = 0;
     ctl->last_step = NAN;
     solver_of(&ctl->problem.sizes)->forget(&ctl->solving);
     return followed;

@@ -92,11 +92,20 @@ def test_the_car_is_held_as_by_the_nlp(tyre, mu, speed, error):
         pytest.param({"delay": 3}, id="delay", marks=pytest.mark.slow),
     ],
 )
-def test_solvers_damp_alike(changes):
+@pytest.mark.parametrize(
+    "iterations",
+    [
+        pytest.param(4, id="cut steps only"),
+        pytest.param(6, id="no time to damp", marks=pytest.mark.slow),
+        pytest.param(50, id="damped"),
+    ],
+)
+def test_solvers_damp_alike(changes, iterations):
     problem, x, reference = beside_a_straight_road(MagicFormula(), 0.4, 25.0, 3.0, **changes)
     ways = [{"qp": rumo.QpOptions(solver="condensing")}, {"qp": rumo.QpOptions(solver="riccati")}]
     ways = [{"backend": "reference"}, *(way | {"backend": "portable"} for way in ways)]
-    plans = [rumo.RealTimeIteration(problem, gate=None, **way).step(x, reference) for way in ways]
+    options = {"gate": None, "settling_iterations": iterations}
+    plans = [rumo.RealTimeIteration(problem, **options, **way).step(x, reference) for way in ways]
     assert [plan.status for plan in plans] == 3 * [rumo.Status.UNTRUSTED]
     for plan in plans[1:]:
         assert np.abs((plan.u.values - plans[0].u.values) / problem.input_scales).max() < 1e-6

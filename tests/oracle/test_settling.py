@@ -195,6 +195,25 @@ def test_where_no_cut_step_leads_on_a_damped_one_does(engine):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("make", HARD.values(), ids=HARD)
+def test_a_guess_that_is_out_of_bounds_by_now_is_no_measure_of_a_plan(make, engine):
+    """Inputs of the old plan are worth more than bounds allow, which have become narrower since."""
+    problem, x, reference = make()
+    start = rumo.RealTimeIteration(problem, gate=None, backend="portable").step(x, reference)
+    bounds = problem.numbers.input_upper[-1]
+    narrower = {name: (-0.3 * most, 0.3 * most) for name, most in zip(problem.model.inputs, bounds, strict=True)}
+    controller = rumo.RealTimeIteration(problem, gate=None, backend=engine)
+    controller.engage(applied=problem.safe_input, plan=start)
+    controller.update(bounds=narrower)
+    x = x + np.where(np.arange(len(x)) < 3, 0.3, 0.0)
+    plan = controller.step(x, reference)
+    assert plan.trusted
+    assert error_of(plan, converging(problem.changed(bounds=narrower)), problem.safe_input, x, reference) < 0.05
+    assert (np.abs(plan.u.values[problem.delay :]) <= 0.3 * bounds * (1.0 + 1e-9)).all()
+    assert (np.abs(start.u.values[problem.delay :]) > 0.3 * bounds).any()
+
+
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_tiny_step_after_a_large_one_settles_nothing(engine):
     """The second step moves no input away from its bound, the third does, by all of its range in the end."""
     problem, x, reference = cooled_reactor()

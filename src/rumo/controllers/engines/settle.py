@@ -156,10 +156,9 @@ class Settling:
         settled, guess, candidate, price = self._take_cut_steps(candidate)
         settled = settled and not self._is_worse(candidate, first, cost)
         if not settled and not self._is_last:
-            damped = self._take_damped_steps((first, guess), candidate, price)
-            if damped is None and not self._alone and not rti.is_over:
+            settled, led_on, guess, candidate = self._take_damped_steps((guess, first), candidate, price)
+            if not led_on and not self._alone and not rti.is_over:
                 return None
-            settled, guess, candidate = damped or (False, guess, candidate)
         return candidate if settled else self._shown(guess, candidate)
 
     def _take_cut_steps(self, candidate: Candidate) -> tuple[bool, Trajectory, Candidate, float]:
@@ -186,12 +185,12 @@ class Settling:
 
     def _take_damped_steps(
         self, guesses: tuple[Trajectory, Trajectory], candidate: Candidate, price: float
-    ) -> tuple[bool, Trajectory, Candidate] | None:
-        """The same with damped steps, from where inputs of a guess lead to where each step's do; None if none does."""
+    ) -> tuple[bool, bool, Trajectory, Candidate]:
+        """The same with damped steps, from where inputs of a guess lead to where each step's do; whether any did."""
         rti, damping, first, before = self._rti, 0.0, 0.0, np.nan
         ways = [way for way in map(self._rolled_out, guesses) if way is not None]
         if not ways or not rti.linearize(min(ways, key=lambda way: way[1].merit(price))[0], self._applied):
-            return None
+            return False, False, guesses[0], candidate
         rti.begin()
         led_on = False
         while True:
@@ -201,7 +200,7 @@ class Settling:
             candidate = better
             self._iterations += 1
             if damping == 0.0 and self.is_settled(candidate, before):
-                return True, start, candidate
+                return True, True, start, candidate
             if self._is_last:
                 break
             merit_now, less, price = self._promise(candidate, price)
@@ -223,7 +222,7 @@ class Settling:
             start = rolled[0] if rolled is not None and held else start
             if not rti.linearize(start, self._applied, damping):
                 break
-        return (False, start, candidate) if led_on else None
+        return False, led_on, start, candidate
 
     def _promise(self, candidate: Candidate, price: float) -> tuple[float, float, float]:
         """The merit of what is linearised about, by how much less a step promises, and the price of both."""
