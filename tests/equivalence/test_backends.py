@@ -294,7 +294,7 @@ def test_tailored_equals_portable(name, kept_builds):
         compare(CASES[name], 16, 1, penalty, ("portable", "tailored"), 1e-9)
 
 
-@pytest.mark.parametrize("backend", ["portable", "tailored"])
+@pytest.mark.parametrize("backend", ["portable", pytest.param("tailored", marks=pytest.mark.slow)])
 def test_where_a_pivot_vanishes(backend, kept_builds):
     """What is stiff at set-up has the first pivot, 1 - T growth; at some stages that is next to nothing."""
     period = 0.125
@@ -429,6 +429,7 @@ def test_wide_model_without_a_pivot_on_the_diagonal(monkeypatch):
         assert_same(problem, first, second, 1e-9)
 
 
+@pytest.mark.slow
 def test_wide_models_tailored_equals_portable(kept_builds):
     compare(WIDE["pipeline"], 9, 2, PENALTY, ("portable", "tailored"), 1e-9, rumo.Radau2(substeps=2))
 

@@ -16,6 +16,7 @@ REFERENCE = {"angle": 0.5, "rate": 0.0}
 GOOD, WILD = [0.1, 0.0], [100.0, 0.0]
 CONTROLLERS = [rumo.RealTimeIteration, rumo.DirectNlp, rumo.LinearTimeVarying]
 BACKENDS = ["portable", "reference"]
+WITH_SLOW = ["portable", pytest.param("reference", marks=pytest.mark.slow)]
 
 
 @pytest.mark.parametrize("make", CONTROLLERS)
@@ -310,7 +311,7 @@ def test_a_sensor_may_be_off_by_what_it_is_said_to_be(noise, backend):
         x = plan.x.values[1]
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", WITH_SLOW)
 def test_noise_of_a_car_at_rest_is_no_fault(backend):
     """At rest steering moves nothing sideways, so that there is nothing to compare noise with."""
     problem, x, reference = car()
@@ -326,7 +327,7 @@ def test_noise_of_a_car_at_rest_is_no_fault(backend):
 
 
 @pytest.mark.parametrize("told", [False, True])
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", WITH_SLOW)
 def test_a_thermometer_of_coarse_steps_is_not_frozen(backend, told):
     """It shows tenths of a degree, and its plant moves by less in a sample."""
     model = rumo.Model(
@@ -357,7 +358,7 @@ def test_a_thermometer_of_coarse_steps_is_not_frozen(backend, told):
 
 
 @pytest.mark.parametrize("coarse", [0.05, 0.2, 1.0])
-@pytest.mark.parametrize("backend", [pytest.param("reference", marks=pytest.mark.slow), "portable"])
+@pytest.mark.parametrize("backend", WITH_SLOW)
 def test_sensors_that_are_not_said_to_be_coarse_are_not_frozen_nor_held_back(backend, coarse):
     """A boat goes a few steps of its sensors in each of its samples, or fewer."""
     model = rumo.Model(

@@ -164,7 +164,7 @@ def test_bounds_hold_as_exactly_late_as_early(plant, horizon, growth, backend):
     ("backend", "scheme", "pole"),
     [
         *cases((rumo.ImplicitEuler(), 10.0), (rumo.ImplicitMidpoint(), 20.0)),
-        ("tailored", rumo.ImplicitEuler(), 10.0),
+        pytest.param("tailored", rumo.ImplicitEuler(), 10.0, marks=pytest.mark.slow),
         pytest.param("tailored", rumo.ImplicitMidpoint(), 20.0, marks=pytest.mark.slow),
     ],
 )
@@ -363,7 +363,7 @@ def slopes_by_inputs(problem, guess_x, guess_u, x, wanted, before, u):
 
 
 @pytest.mark.usefixtures("kept_builds")
-@pytest.mark.parametrize("backend", ["riccati", "tailored"])
+@pytest.mark.parametrize("backend", ["riccati", pytest.param("tailored", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", WILD)
 def test_guesses_beyond_all_measure(name, backend):
     """Nearly all inputs of a runaway plant are at bounds; slopes in exact arithmetic say that they belong there."""
@@ -440,7 +440,7 @@ FLAT = [(SHORT, 8, 1e-8), (LONG, 12, 1e-8), (LONG, 8, 1e-6), (SHORT, 5, 1e-2)]
     ("backend", "blocks", "growth", "move"),
     [
         *cases(*FLAT),
-        *(pytest.param("tailored", *case, marks=() if case[0] is LONG else pytest.mark.slow) for case in FLAT),
+        *(pytest.param("tailored", *case, marks=pytest.mark.slow) for case in FLAT),
     ],
 )
 def test_a_cost_so_flat_that_residuals_say_little(backend, blocks, growth, move):

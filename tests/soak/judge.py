@@ -7,8 +7,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from soak.closest import ClosestSolutions
 from soak.driven import Drive, layouts
-from soak.solutions import ClosestSolutions, Solutions
+from soak.solutions import Solutions
 from soak.verdict import BAD_MEASUREMENT, BAD_REFERENCE, SOFT, Verdict
 
 AT_ONCE = 256

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from soak.stacked import cholesky, inverse, least_squares, solve, solve_closely, times
+from soak.stacked import cholesky, inverse, least_squares, solve, times
 from soak.told import SHIFT, Told
 from soak.verdict import OPTIMAL, SOFT
 
@@ -52,26 +52,27 @@ class Solutions(Told):
 
     def _linearise(self) -> None:
         """All terms about the guess, and intervals solved for their unknowns."""
+        self.terms, self.A, self.B, self.c = self._linearised(self.w_g, self.x_g[:, :-1], self.u_g)
+        self.blurred = [np.zeros_like(self.A), np.zeros_like(self.B)]
+
+    def _linearised(self, w: np.ndarray, x: np.ndarray, u: np.ndarray) -> tuple:
         T, N = self.u.shape[:2]
         parameters = np.broadcast_to(self.problem.parameters, (T, *self.problem.parameters.shape))
         if not self.problem.uniform:
             lengths = np.broadcast_to(self.problem.steps[:, None], (T, N, 1))
             parameters = np.concatenate([parameters, lengths], axis=2)
-        packed = self.judge_.evaluate(
-            *(a.reshape(T * N, -1) for a in (self.w_g, self.x_g[:, :-1], self.u_g, parameters))
-        )
+        packed = self.judge_.evaluate(*(a.reshape(T * N, -1) for a in (w, x, u, parameters)))
         at, terms = 0, {}
         for name, (rows, columns) in self.judge_.shapes.items():
             block = packed[:, at : at + rows * columns].reshape(T, N, columns, rows)
             terms[name] = np.ascontiguousarray(block.transpose(0, 1, 3, 2))
             at += rows * columns
-        self.terms = terms
         nx, nu = self.x.shape[2], self.u.shape[2]
         right = np.concatenate([terms["phi_x"], terms["phi_u"], terms["phi"]], axis=3)
         solved = self.solve_intervals(-terms["phi_w"], right)[:, :, : self.size]
-        self.A, self.B, self.c = solved[..., :nx], solved[..., nx : nx + nu], solved[..., -1]
         by_state, by_input = (pattern[: self.size] for pattern in self.judge_.coupled)
-        self.A, self.B = np.where(by_state, self.A, 0.0), np.where(by_input, self.B, 0.0)
+        A, B = np.where(by_state, solved[..., :nx], 0.0), np.where(by_input, solved[..., nx : nx + nu], 0.0)
+        return terms, A, B, solved[..., -1]
 
     def _judge_dynamics(self) -> None:
         before = self.dx[:, :-1]
@@ -145,14 +146,16 @@ class Solutions(Told):
             np.abs(self.w_g[step, :, : self.size]), np.abs(self.w_g[step, :, : self.size] + self.dxz[step])
         )
         lost, nx = np.zeros(self.n), A.shape[2]
-        state, drift = np.zeros((nx, self.n)), np.zeros(nx)
+        state, drift, unclear = np.zeros((nx, self.n)), np.zeros(nx), np.zeros((nx, self.n))
         for k in range(len(A)):
+            blur = A[k] @ unclear + (self.blurred[0][step, k] @ state + self.blurred[1][step, k] @ self.U[k]) / ROUNDING
             S, away = A[k] @ state + B[k] @ self.U[k], A[k] @ drift + 1e-3 * size[k]
-            state, drift = S[:nx], away[:nx]
+            state, drift, unclear = S[:nx], away[:nx], blur[:nx]
             for force, price, of_state, of_input in zip(self.forces, prices, by_state, by_input, strict=True):
                 lost += (force[place, k] + price[k] * (of_state[k] @ away)) @ (
                     of_state[k] @ S + of_input[k] @ self.U[k]
                 )
+                lost += force[place, k] @ (of_state[k] @ blur)
         return lost
 
     def _judge_constraints(self) -> None:
@@ -220,6 +223,8 @@ class Solutions(Told):
         self.verdict.blame(steps[~exceeded & (claims == SOFT)], "no soft limit is exceeded")
 
         over = imposed & ~hard & (room < G)
+        # One that inputs hardly influence may have kept its price from when they did, or have none.
+        either = counted & ~imposed & ~hard & (room < G)
         # Whether rows are imposed that inputs hardly influence depends on how that is measured.
         hardly = (influence > 1e-3 * NO_INFLUENCE * unit) & (influence < 1e3 * NO_INFLUENCE * unit)
         self.unclear = (hardly & (-room < G)).any(axis=1)
@@ -232,7 +237,7 @@ class Solutions(Told):
         near = 1e-2 * SHIFT * longest
         rows = np.concatenate([np.broadcast_to(np.eye(n), (T, n, n)), np.broadcast_to(W, (T, n, n)), J], axis=1)
         at_upper = np.concatenate(
-            [v >= upper - near, moves >= move_upper - near, imposed & ~over & (-room <= G)], axis=1
+            [v >= upper - near, moves >= move_upper - near, (imposed & ~over & (-room <= G)) | either], axis=1
         )
         at_lower = np.concatenate([v <= lower + near, moves <= move_lower + near, np.zeros_like(over)], axis=1)
         prices = l1 + 2.0 * l2 * (np.maximum(G, 0.0) + room)
@@ -297,9 +302,3 @@ class Solutions(Told):
         verdict.proven += int(good.sum())
         verdict.undecided += int((~good & ~bad).sum())
         verdict.largest_error = max(verdict.largest_error, float(error[good].max(initial=0.0)))
-
-
-class ClosestSolutions(Solutions):
-    """The same for few steps, with all digits of what intervals do to states that hardly move."""
-
-    solve_intervals = staticmethod(solve_closely)

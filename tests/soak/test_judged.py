@@ -29,11 +29,13 @@ FOUND = {
     4280: "responses of 1e12 to an input's last digit",
     3370: "references of 1e20",
     14789: "inputs of 1e283, in which steps are lost",
+    42103: "derivatives of few digits, by references of 1e20",
+    40163: "prices of limits that inputs hardly move any more",
 }
 """Seeds of what was found once, in the core or in the judge."""
 
 
-@pytest.mark.parametrize(("steps", "length"), [(3_000, 50), pytest.param(100_000, STEPS, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("steps", "length"), [(1_500, 50), pytest.param(100_000, STEPS, marks=pytest.mark.slow)])
 def test_judged(steps, length, tmp_path):
     watch = Watch(tmp_path)
     total, bad = soak(watch, steps, seed=0, length=length)
