@@ -14,7 +14,7 @@ on_linux = pytest.mark.skipif(
     not sys.platform.startswith("linux"), reason="about ELF files and the GNU C library's allocator"
 )
 PROGRAMS = sorted(path.stem for path in (CORE / "tests").glob("test_*.c"))
-OWN_ALLOCATOR, STEPS = "test_allocation", "test_steps"
+OWN_ALLOCATOR = "test_allocation"
 ALLOWED = """
     memcpy memset memmove memcmp clock_gettime frexp ldexp
     sqrt fmod sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp
@@ -35,17 +35,15 @@ def test_a_file_can_be_read_in_one_go(path):
     assert len((CORE / path).read_text(encoding="utf-8").splitlines()) <= 350
 
 
-@pytest.mark.parametrize(
-    "program",
-    [pytest.param(name, marks=() if name == STEPS else pytest.mark.slow) for name in PROGRAMS if name != OWN_ALLOCATOR],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("program", [name for name in PROGRAMS if name != OWN_ALLOCATOR])
 def test_in_c_under_sanitizers(program, core_of, headers, tmp_path):
     run_c(compile_test(compiler(), program, core_of("sanitized"), tmp_path / program, *SANITIZERS, f"-I{headers}"))
 
 
 @pytest.mark.slow
 def test_steps_with_hardly_any_room_for_members(core_of, headers, tmp_path):
-    run_c(compile_test(compiler(), STEPS, core_of("roomless"), tmp_path / "test", *SANITIZERS, f"-I{headers}"))
+    run_c(compile_test(compiler(), "test_steps", core_of("roomless"), tmp_path / "test", *SANITIZERS, f"-I{headers}"))
 
 
 @on_linux
@@ -73,7 +71,7 @@ def test_has_no_variables(core_of):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("program", "steps"), [(STEPS, ""), ("test_update", ""), ("soak", 5_000)])
+@pytest.mark.parametrize(("program", "steps"), [("test_steps", ""), ("test_update", ""), ("soak", 5_000)])
 def test_tailored_under_sanitizers(program, steps, core_of, tailored_headers, tmp_path):
     flags = *SANITIZERS, *tailored_flags(tailored_headers)
     run_c(compile_test(compiler(), program, core_of("tailored"), tmp_path / program, *flags), steps)

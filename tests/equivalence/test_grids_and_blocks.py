@@ -89,9 +89,8 @@ def test_inputs_that_hardly_reach_states():
     compare(of_chain, 15, 14, None, BACKENDS, 1e-8, rumo.Radau2())
 
 
-@pytest.mark.parametrize(
-    "case", ["all_at_once", *(pytest.param(case, marks=pytest.mark.slow) for case in ("growing", "held_inputs"))]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("case", ["all_at_once", "growing", "held_inputs"])
 def test_tailored_equals_portable(case, kept_builds):
     problem = problem_of(case)
     controllers = [

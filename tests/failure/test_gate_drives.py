@@ -84,7 +84,7 @@ def test_five_samples_of_what_cannot_be_do_not_lose_the_car(name, seed):
         assert not held[BAD.stop :].any()
 
 
-@pytest.mark.parametrize("controller", ["ltv", "nlp"])
+@pytest.mark.parametrize("controller", ["ltv", pytest.param("nlp", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["zero", "swapped", "standing"])
 def test_nor_with_another_controller(name, controller):
     log = drive(replace(BASE, duration=5.0), FAULTS[name], controller)

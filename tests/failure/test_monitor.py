@@ -293,7 +293,7 @@ def pushed(backend, again=lambda controller: None):
     return push(controller, (200, 0.01), again, samples=212)
 
 
-@pytest.mark.parametrize("backend", ["portable", "reference"])
+@pytest.mark.parametrize("backend", ["portable", pytest.param("reference", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "again",
     [lambda controller: controller.prepare(), lambda controller: controller.update(parameters={"mass": 1.0})],

@@ -3,6 +3,7 @@
 import pickle
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from unittest.mock import patch
 
 import numpy as np
@@ -321,10 +322,7 @@ def drive(speed, controller="rti", age=0, known=True, seed=0, faults=(), **setti
     [
         ("rti", 8.0),
         ("rti", 11.0),
-        ("nlp", 8.0),
-        ("ltv", 11.0),
-        pytest.param("nlp", 11.0, marks=pytest.mark.slow),
-        pytest.param("ltv", 8.0, marks=pytest.mark.slow),
+        *(pytest.param(*case, marks=pytest.mark.slow) for case in product(("nlp", "ltv"), (8.0, 11.0))),
     ],
 )
 def test_a_car_whose_position_comes_late_drives_as_well_as_one_whose_does_not(controller, speed):

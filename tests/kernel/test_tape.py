@@ -164,7 +164,7 @@ def swing(horizon):
     )
 
 
-@pytest.mark.parametrize("backend", ["portable", "tailored"])
+@pytest.mark.parametrize("backend", ["portable", pytest.param("tailored", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("horizon", [3, 20])
 @pytest.mark.parametrize("angle", [1e6 - 0.3, -1e6 + 0.2, 3.3e8, -7.1e11])
 def test_angles_of_any_size(kept_builds, backend, horizon, angle):

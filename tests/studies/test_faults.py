@@ -29,7 +29,7 @@ CASES = {
     "rti reference, long": ("reference", LONGER),
     "nlp, long": ("portable", replace(LONGER, controllers=("nlp",))),
 }
-LONG = ("rti reference, long", "nlp, long")
+LONG = ("rti reference", "rti reference, long", "nlp, long")
 cases = pytest.mark.parametrize("case", [pytest.param(k, marks=pytest.mark.slow) if k in LONG else k for k in CASES])
 cases_and_faults = pytest.mark.parametrize(
     ("case", "fault"),
@@ -157,7 +157,8 @@ def test_other_seeds_recover_as_well():
         assert result["largest_error_m"] <= LIMIT
 
 
-@pytest.mark.parametrize("speed", [pytest.param(8.0, marks=pytest.mark.slow), 11.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [8.0, 11.0])
 def test_every_fault_leaves_finite_commands_and_raises_nothing(speed):
     """However wrong what is measured, told and driven is, whatever becomes of the car."""
     study = FaultStudy(("rti",), speeds=(speed,), samples=(25,), start=1.8, duration=3.4)
