@@ -24,7 +24,6 @@ static void set_on_the_way(rumo_controller *ctl, double share) {
  * is none. The guess that it is from is kept, and *price raised to what that needs. */
 static double take_step(rumo_controller *ctl, const double *reference, double *price) {
     const promise made = promise_at(ctl, reference, price);
-    const double less = made.less;
     keep(ctl, &ctl->from);
     double share = 1.0;
     for (int i = 0; i < CUTS && !is_over(ctl->end); ++i) {
@@ -32,10 +31,10 @@ static double take_step(rumo_controller *ctl, const double *reference, double *p
         double more = INFINITY;
         if (linearise(&ctl->stages, last_decided(&ctl->guard), ctl->end)) {
             more = priced(worth_of_guess(ctl, reference), *price) - made.merit;
-            if (!made.promises || more <= -SHARE_HELD * share * less) return share;
+            if (!made.promises || more <= -SHARE_HELD * share * made.less) return share;
         }
         /* Where a parabola through both, with the slope that was promised, has its minimum. */
-        const double best = 0.5 * share * share * less / (more + share * less);
+        const double best = 0.5 * share * share * made.less / (more + share * made.less);
         share = best > 0.3 * share ? smaller(best, 0.5 * share) : 0.3 * share;
     }
     take_up(ctl, &ctl->from);
@@ -57,7 +56,7 @@ RARE static rumo_status take_cut_steps(rumo_controller *ctl, const double *x, co
     rumo_status status = iterate_again(ctl, x, reference, plan);
     if (!is_solved(status)) return status;
     while (!is_settled(ctl, ++*iterations, before)) {
-        copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(&ctl->s));
+        keep_rest(ctl);
         const int enough = is_last(ctl, *iterations) || is_time_to_damp(ctl, *iterations, share);
         share = enough ? 0.0 : take_step(ctl, reference, price);
         before = share == 1.0 ? ctl->step.size : NAN;

@@ -79,7 +79,7 @@ RARE static rumo_status take_damped_steps(rumo_controller *ctl, const double *x,
         if (!is_solved(status)) break;
         ++iterations;
         if (damping == 0.0 && is_settled(ctl, iterations, before)) return status;
-        copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(&ctl->s));
+        keep_rest(ctl);
         if (is_last(ctl, iterations)) break;
         const promise made = promise_at(ctl, reference, &price);
         const double size = ctl->step.size;

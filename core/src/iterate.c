@@ -37,9 +37,12 @@ static void copy_guess(const rumo_controller *ctl, double *u, double *x, double 
     copy(inner, ctl->stages.guess_inner, s->ni * s->lanes);
 }
 
+/* Set aside what a plan has besides u, x and its unknowns. */
+static void keep_rest(const rumo_controller *ctl) { copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(&ctl->s)); }
+
 static void guess_plan(rumo_controller *ctl) {
     set_guess(ctl, plan_u(ctl), plan_x(ctl), ctl->inner);
-    copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(&ctl->s));
+    keep_rest(ctl);
 }
 
 /* What the iteration before found is the plan again: it is the guess. */

@@ -87,7 +87,7 @@ RARE static rumo_status globalise(rumo_controller *ctl, const double *x, const d
     const double cost = worth_of_guess(ctl, reference).cost;
     rumo_status status = take_cut_steps(ctl, x, reference, plan, &iterations, &price);
     if (is_solved(status) && is_worse_than_way(ctl, x, reference, &ctl->first, cost, &ctl->from)) {
-        copy(ctl->guess_rest, plan_constraints(ctl), rest_of_plan(&ctl->s));
+        keep_rest(ctl);
         status = RUMO_UNTRUSTED;
     }
     if (status != RUMO_UNTRUSTED) return status;

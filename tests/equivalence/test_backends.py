@@ -214,8 +214,6 @@ SCHEMES = {name: scheme() for name, scheme in DISCRETIZATIONS.items()} | {
     "2 gauss2": rumo.Gauss2(substeps=2),
     "40 rk4": rumo.Rk4(substeps=40),
 }
-# A tailored core takes seconds to build: one scheme of each kind (one stage, two steps, coupled stages, substeps) of a
-# car and a reactor, or of a model with algebraic variables; below, a wide model that has some.
 NOT_STIFF = ("cart_pendulum", "van_de_vusse_reactor")
 SCHEMES_OF_MODELS = [
     pytest.param(scheme, model, id=f"{name}-{model}")
@@ -286,6 +284,7 @@ def test_portable_equals_reference(name, horizon, delay, penalty):
     compare(CASES[name], horizon, delay, penalty, BACKENDS, 1e-7)
 
 
+# A tailored core takes seconds to build: a car, and coupled stages of a model with algebraic variables; others in CI.
 @pytest.mark.parametrize("name", [pytest.param(name, marks=usual(name == "dynamic_bicycle")) for name in CASES])
 def test_tailored_equals_portable(name, kept_builds):
     for penalty in (PENALTY, None):

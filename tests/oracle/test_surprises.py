@@ -48,7 +48,7 @@ def test_first_iterations_on_ice_are_trusted_only_where_they_are_right(ice):
 
 def test_engines_are_surprised_alike(ice):
     problem, samples, on_ice = ice
-    seen = samples[on_ice - 30 : on_ice + 3]
+    seen = samples[on_ice - 30 : on_ice + 5]
     plans = {}
     for backend in ("portable", "reference"):
         controller = rumo.RealTimeIteration(problem, gate=None, backend=backend)

@@ -21,6 +21,10 @@ SHARE_OF_LACK = 0.1
 """What a step takes off of what is lacking, at least, at the price that it needs."""
 
 
+NO_PROMISE = 1e-12
+"""Promises that are rounding, over the merit."""
+
+
 @dataclass(frozen=True)
 class Worth:
     """The cost of a trajectory, and what is lacking of the dynamics, over reaches, and of hard limits, over scales."""
@@ -31,6 +35,20 @@ class Worth:
     def merit(self, price: float) -> float:
         """Both together."""
         return self.cost + price * self.lack
+
+
+@dataclass(frozen=True)
+class Promise:
+    """The merit of what is linearised about, by how much less a step promises, and the price of both."""
+
+    merit: float
+    less: float
+    price: float
+
+    @property
+    def promises(self) -> bool:
+        """More than rounding."""
+        return self.less > NO_PROMISE * abs(self.merit)
 
 
 def worth_of_guess(
@@ -70,14 +88,13 @@ def promise_of_step(
     return _worth(transcription, error, constraints, values, 0.0)
 
 
-def is_admissible(transcription: Transcription, guess: Trajectory, values: Array) -> bool:
-    """Whether free inputs, of blocks (nb + 1, nu), are within bounds and move bounds, and hard limits hold."""
+def is_admissible(transcription: Transcription, guess: Trajectory, G: Array, values: Array) -> bool:
+    """Whether free inputs, of blocks (nb + 1, nu), are within bounds and move bounds, and hard limits hold by G."""
     problem, numbers, d = transcription.problem, transcription.problem.numbers, transcription.problem.delay
     u, moves, room = guess.u[d:], np.diff(values, axis=0), SLACK_TOLERANCE * problem.input_scales
     lower, upper = problem.block_move_bounds
     within = (u >= numbers.input_lower[d:] - room) & (u <= numbers.input_upper[d:] + room)
     moved = (moves >= lower - room) & (moves <= upper + room)
-    G = transcription.linearize(guess.x, guess.u, guess.inner, problem.parameters).G
     broken = transcription.imposed & np.isinf(numbers.l1) & (SLACK_TOLERANCE * problem.constraint_scales < G)
     return bool(within.all() and moved.all() and not broken.any())
 

@@ -17,12 +17,12 @@ import numpy as np
 from rumo.controllers.arguments import tracked
 from rumo.controllers.engines.base import Candidate
 from rumo.controllers.engines.damping import SHARE_HELD, damping_after, damping_for
-from rumo.controllers.engines.merit import Worth, is_admissible, price_for, promise_of_step, worth_of_guess
-from rumo.controllers.engines.roll_out import roll_out
-from rumo.controllers.engines.stagewise import eliminate
+from rumo.controllers.engines.merit import Promise, Worth, is_admissible, price_for, promise_of_step, worth_of_guess
+from rumo.controllers.engines.roll_out import linearised, roll_out
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.signals import Array
 from rumo.status import Status
+from rumo.transcription import Stages
 
 if TYPE_CHECKING:
     from rumo.controllers.engines.numpy import NumpyRti
@@ -39,8 +39,6 @@ LEAST_CONTRACTION = 0.05
 CUTS = 12
 CUT_ITERATIONS = 0.75
 """The share of all iterations after which no other step is cut."""
-NO_PROMISE = 1e-12
-"""Promises that are rounding, over the merit."""
 WORSE = 1.01
 """A plan that costs so many times what the guess does is worse."""
 
@@ -96,7 +94,7 @@ class Settling:
         at_rest = self._evaluated(rest)
         rolled = self._rolled_out(rest)
         if rolled is not None:
-            guess, worth = rolled
+            guess, _, worth = rolled
             if worth.cost <= (np.inf if at_rest is None else at_rest.cost) and rti.linearize(guess, self._applied):
                 return True
         return rti.linearize(rest, self._applied)
@@ -131,9 +129,10 @@ class Settling:
         if not now > WORSE * cost:
             return False
         rolled = self._rolled_out(guess)
-        if rolled is None or not now > WORSE * rolled[1].cost:
+        if rolled is None:
             return False
-        return is_admissible(transcription, rolled[0], self._values(rolled[0]))
+        way, stages, worth = rolled
+        return now > WORSE * worth.cost and is_admissible(transcription, way, stages.G, self._values(way))
 
     def _iterate(self) -> Candidate:
         """An iteration after the first."""
@@ -189,7 +188,7 @@ class Settling:
         """The same with damped steps, from where inputs of a guess lead to where each step's do; whether any did."""
         rti, damping, first, before = self._rti, 0.0, 0.0, np.nan
         ways = [way for way in map(self._rolled_out, guesses) if way is not None]
-        if not ways or not rti.linearize(min(ways, key=lambda way: way[1].merit(price))[0], self._applied):
+        if not ways or not rti.linearize(min(ways, key=lambda way: way[2].merit(price))[0], self._applied):
             return False, False, guesses[0], candidate
         rti.begin()
         led_on = False
@@ -203,14 +202,15 @@ class Settling:
                 return True, True, start, candidate
             if self._is_last:
                 break
-            merit_now, less, price = self._promise(candidate, price)
+            made = self._promise(candidate, price)
+            price = made.price
             plan, size = candidate.trajectory, rti.step_size
             if first == 0.0:
                 ranges = rti.transcription.problem.input_scales
-                first = damping_for(less, np.diff(self._values(plan) - self._values(start), axis=0) / ranges)
+                first = damping_for(made.less, np.diff(self._values(plan) - self._values(start), axis=0) / ranges)
             rolled = self._rolled_out(plan)
-            more = np.inf if rolled is None else rolled[1].merit(price) - merit_now
-            share = -more / less if less > NO_PROMISE * abs(merit_now) else float(more < np.inf)
+            more = np.inf if rolled is None else rolled[2].merit(price) - made.merit
+            share = -more / made.less if made.promises else float(more < np.inf)
             held = share >= SHARE_HELD
             led_on |= held
             before = size if damping == 0.0 and held else np.nan
@@ -224,11 +224,11 @@ class Settling:
                 break
         return False, led_on, start, candidate
 
-    def _promise(self, candidate: Candidate, price: float) -> tuple[float, float, float]:
-        """The merit of what is linearised about, by how much less a step promises, and the price of both."""
+    def _promise(self, candidate: Candidate, price: float) -> Promise:
+        """Of a step, at this price or at what it needs."""
         now, promised = self._worth(), self._promised(candidate)
         price = price_for(now, promised, price)
-        return now.merit(price), now.merit(price) - promised.merit(price), price
+        return Promise(now.merit(price), now.merit(price) - promised.merit(price), price)
 
     def _worth(self) -> Worth:
         """Of what is linearised about."""
@@ -247,47 +247,42 @@ class Settling:
     def _step_taken(self, candidate: Candidate, price: float) -> tuple[float, Trajectory, float]:
         """The share of a step that is worth it, 0 if none is, where that leads, and the price of what is lacking."""
         rti, start, plan = self._rti, self._rti.about, candidate.trajectory
-        merit_now, less, price = self._promise(candidate, price)
-        promises = less > NO_PROMISE * abs(merit_now)
-        share = 1.0
+        made, share = self._promise(candidate, price), 1.0
         for _ in range(CUTS):
             if rti.is_over:
                 break
             guess = _between(start, plan, share)
             worth, more = self._evaluated(guess), np.inf
             if worth is not None:
-                more = worth.merit(price) - merit_now
-                if not promises or more <= -SHARE_HELD * share * less:
-                    return share, guess, price
-            best = 0.5 * share**2 * less / (more + share * less)
+                more = worth.merit(made.price) - made.merit
+                if not made.promises or more <= -SHARE_HELD * share * made.less:
+                    return share, guess, made.price
+            best = 0.5 * share**2 * made.less / (more + share * made.less)
             share = min(best, 0.5 * share) if best > 0.3 * share else 0.3 * share
-        return 0.0, start, price
+        return 0.0, start, made.price
 
     def _evaluated(self, guess: Trajectory) -> Worth | None:
         """What a guess is worth; None where the model has no value."""
-        transcription = self._rti.transcription
-        stages = transcription.linearize(guess.x, guess.u, guess.inner, transcription.problem.parameters)
-        if not stages.finite:
-            return None
-        try:
-            c = eliminate(stages)[2]
-        except np.linalg.LinAlgError:
-            return None
-        if not np.isfinite(c).all():
-            return None
-        reach = self._rti.reach_known
-        return worth_of_guess(transcription, stages, c, reach, self._values(guess), self._reference)
+        seen = linearised(self._rti.transcription, guess)
+        return None if seen is None else self._worth_at(guess, seen[0], seen[2])
+
+    def _worth_at(self, guess: Trajectory, stages: Stages, c: Array) -> Worth:
+        """Of a guess that is not what is linearised about: by its stages and Newton's corrections."""
+        rti, values = self._rti, self._values(guess)
+        return worth_of_guess(rti.transcription, stages, c, rti.reach_known, values, self._reference)
 
     def _values(self, guess: Trajectory) -> Array:
         """The input before the first block, and those of the blocks (nb + 1, nu)."""
         problem = self._rti.transcription.problem
         return np.vstack([self._applied[-1], problem.blocks.values(guess.u[problem.delay :])])
 
-    def _rolled_out(self, guess: Trajectory) -> tuple[Trajectory, Worth] | None:
-        """Where a guess's inputs lead, and what that is worth; None if it comes to nothing."""
+    def _rolled_out(self, guess: Trajectory) -> tuple[Trajectory, Stages, Worth] | None:
+        """Where a guess's inputs lead, the stages there, and what that is worth; None if it comes to nothing."""
         rolled = roll_out(self._rti.transcription, guess)
-        worth = None if rolled is None else self._evaluated(rolled)
-        return None if rolled is None or worth is None else (rolled, worth)
+        if rolled is None:
+            return None
+        way, stages, c = rolled
+        return way, stages, self._worth_at(way, stages, c)
 
     def _shown(self, guess: Trajectory, candidate: Candidate) -> Candidate:
         """A guess as the plan, with constraints as they are there."""
