@@ -83,6 +83,10 @@ class UnstableModeWarning(UserWarning):
     """A scheme predicts that a mode of the model decays which grows: plans will not see what they have to hold."""
 
 
+class PoorDampingWarning(UserWarning):
+    """A loop will swing: by the scheme that predicts, or by its weights."""
+
+
 class PlantError(RumoError, RuntimeError):
     """The plant could not be integrated; `log` holds the run up to that sample.
 

@@ -141,9 +141,9 @@ class Transcription:
 
     @cached_property
     def _newton(self) -> Any:
-        """phi, A0 and M of an interval."""
+        """phi, A0, M and B of an interval."""
         arguments, terms = self._of_interval
-        return ca.Function("newton", arguments, [terms["defect"], terms["A0"], terms["M"]])
+        return ca.Function("newton", arguments, [terms[name] for name in ("defect", "A0", "M", "B")])
 
     @property
     def unknowns(self) -> int:
@@ -217,7 +217,7 @@ class Transcription:
         w, sensitivity = np.r_[x, self.inner_between(x, x)], np.zeros((self.unknowns, len(x)))
         given = self.given(self.problem.parameters)[0] if p is None else p
         for _ in range(NEWTON_ITERATIONS):
-            phi, A0, M = (value.full() for value in self._newton(w, x, u, given))
+            phi, A0, M, _ = (value.full() for value in self._newton(w, x, u, given))
             solved = np.linalg.solve(M, np.hstack([A0, phi]))
             sensitivity, correction = solved[:, :-1], solved[:, -1]
             w = w + correction
@@ -226,6 +226,13 @@ class Transcription:
             if (np.abs(correction) <= NEWTON_TOLERANCE * (1.0 + np.abs(w).max())).all():
                 return w, sensitivity
         raise np.linalg.LinAlgError(f"Newton's method has not converged after {NEWTON_ITERATIONS} iterations")
+
+    def response(self, x: Array, u: Array, p: Array | None = None) -> tuple[Array, Array, Array]:
+        """The unknowns w of an interval as `advance` gives them, and their derivatives by x (nw, nx) and u (nw, nu)."""
+        w, by_x = self.advance(x, u, p)
+        given = self.given(self.problem.parameters)[0] if p is None else p
+        _, _, M, B = (value.full() for value in self._newton(w, x, u, given))
+        return w, by_x, np.linalg.solve(M, B)
 
     def sensitivity(self, begin: Array, u: Array, end: Array, inner: Array) -> Array:
         """How the state at the end of the first interval depends on that at its beginning, A (nx, nx), at a trajectory.
@@ -236,7 +243,7 @@ class Transcription:
             If the linearised equations are singular.
         """
         given = self.given(self.problem.parameters)[0]
-        _, A0, M = (value.full() for value in self._newton(np.r_[end, inner], begin, u, given))
+        _, A0, M, _ = (value.full() for value in self._newton(np.r_[end, inner], begin, u, given))
         return np.linalg.solve(M, A0)[: len(begin)]
 
     def _interval(self) -> Any:

@@ -42,6 +42,7 @@ ROOMS = [
     "nominal",
     "recording",
     "plan",
+    "analysis",
     "controllers",
     "estimation",
     "vehicles",
