@@ -43,6 +43,13 @@ public:
         return read;
     }
 
+    // What a filter is told of the outputs of a problem of these sizes.
+    rumo_filter_data filter(const rumo_sizes &sizes) {
+        rumo_filter_data read{};
+        fill(&read, "", &sizes);
+        return read;
+    }
+
 private:
 #define READ_COUNT(name, least) t->name = number(prefix + #name, least);
 #define READ_INTS(name, rows, columns) t->name = array<int>(prefix + #name, rows, columns);

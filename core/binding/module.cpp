@@ -6,6 +6,7 @@
 #include <string>
 
 #include "controller.h"
+#include "filter.h"
 #include "guard.h"
 #include "qp.h"
 
@@ -58,6 +59,10 @@ NB_MODULE(_core, module) {
         .def_prop_ro("surprised", &Guard::surprised)
         .def("expect", &Guard::expect)
         .def_prop_ro("has_guess", [](const Guard &guard) { return guard.state().has_guess != 0; });
+    nb::class_<Filter>(module, "Filter")
+        .def(nb::init<nb::dict, nb::dict>(), "description"_a, "settings"_a)
+        .def("covariance", &Filter::covariance)
+        .def("advance", &Filter::advance);
     nb::class_<Qp>(module, "Qp")
         .def(nb::init<int, int>(), "variables"_a, "rows"_a)
         .def("solve", &Qp::solve, "hessian"_a, "gradient"_a, "lower"_a, "upper"_a, "matrix"_a, "row_lower"_a,

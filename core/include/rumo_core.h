@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 14
+#define RUMO_CORE_VERSION 15
 
 /* What the failure policy goes by; methods outside the core read these too. */
 #define RUMO_GATE_STAGES 15       /* over which the gate asks how far a state can go: over a long horizon, anywhere */
@@ -162,6 +162,9 @@ typedef struct rumo_guard_state {
     const double *next_u, *next_x, *next_inner; /* the same one sample later; NULL without a plan */
 } rumo_guard_state;
 
+/* An extended Kalman filter. */
+typedef struct rumo_filter rumo_filter;
+
 typedef struct rumo_qp_data {
     int variables, rows;
     const double *hessian, *gradient;                  /* (n, n), (n,) */
@@ -247,6 +250,18 @@ typedef struct rumo_api {
     size_t (*qp_size)(int variables, int rows);
     rumo_qp_result (*qp_solve)(const rumo_qp_data *, const rumo_settings *, int warm, void *memory, double *v,
                                double *multipliers, int *conflict);
+    /* A filter for a problem of one interval whose outputs are the measurements, and whose last parameter is the share of the
+     * sampling time that a step takes. A belief is its state (n,), its covariance as U D U' (n, n), U above the diagonal and D
+     * on it, and how often in a row each measurement was refused (m,). */
+    rumo_fault (*filter_check)(const rumo_problem *, const rumo_filter_data *);
+    size_t (*filter_size)(const rumo_problem *, const rumo_filter_data *);
+    rumo_filter *(*filter_create)(const rumo_problem *, const rumo_filter_data *, void *memory);
+    void (*filter_covariance)(const rumo_filter *, const double *belief, double *P); /* (n, n) */
+    /* From one belief to the next, with input u (nu,), parameters p and measurements y (m,), not finite where there is none; 0 if
+     * the model has no finite value there. The report is (3 m + 1,): innovations, their deviations, which are used, and the
+     * normalised innovation squared of these. */
+    int (*filter_advance)(rumo_filter *, const double *before, const double *u, const double *p, const double *y,
+                          double *after, double *report);
 } rumo_api;
 
 #ifdef __cplusplus

@@ -205,6 +205,15 @@
     STRUCT(rumo_sensors, sensors)                      \
     STRUCT(rumo_bounds, bounds)
 
+/* What a filter is told of its states and of its measurements, which are the outputs of its problem: variances. */
+#define RUMO_FILTER_TABLE(COUNT, INTS, DOUBLES, STRUCT)                                                    \
+    DOUBLES(noise, s->outputs, 1, RUMO_POSITIVE)                                                           \
+    DOUBLES(process, s->states, 1, RUMO_NOT_NEGATIVE) /* of what the model misses in one sample */         \
+    DOUBLES(floor, s->states, 1, RUMO_NOT_NEGATIVE)   /* below which none is predicted */                  \
+    DOUBLES(turns, s->outputs, 1, RUMO_NOT_NEGATIVE)  /* that is no difference, of an angle; 0 of others */ \
+    DOUBLES(width, 1, 1, RUMO_PRICE)                  /* of the gate, in deviations; infinite for none */  \
+    COUNT(patience, 0)                                /* refusals in a row until a measurement is believed */
+
 /* All tables that consist of these kinds of members, in an order in which each comes after those it is made of. */
 #define RUMO_TABLES(TABLE)                          \
     TABLE(rumo_tape, RUMO_TAPE_TABLE)               \
@@ -218,7 +227,8 @@
     TABLE(rumo_bounds, RUMO_BOUNDS_TABLE)           \
     TABLE(rumo_numbers, RUMO_NUMBERS_TABLE)         \
     TABLE(rumo_problem, RUMO_PROBLEM_TABLE)         \
-    TABLE(rumo_guard_data, RUMO_GUARD_TABLE)
+    TABLE(rumo_guard_data, RUMO_GUARD_TABLE)        \
+    TABLE(rumo_filter_data, RUMO_FILTER_TABLE)
 
 /* What the numbers of an array must be. */
 typedef enum rumo_rule {

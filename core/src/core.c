@@ -16,6 +16,7 @@
 #include "step.c"
 #ifndef RUMO_TAILORED
 #include "check.c"
+#include "estimate/filter.c"
 #include "guard/alone.c"
 #include "solve/active_set/program.c"
 #else /* what a build for one problem has no use for: the portable one has it */
@@ -37,6 +38,11 @@
 #define drop_guess NULL
 #define follow_candidate NULL
 #define guard_state NULL
+#define check_filter NULL
+#define filter_size NULL
+#define create_filter NULL
+#define filter_covariance NULL
+#define filter_advance NULL
 #endif
 
 #ifndef RUMO_TABLE
@@ -97,4 +103,9 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     guard_state,
     program_size,
     solve_program,
+    check_filter,
+    filter_size,
+    create_filter,
+    filter_covariance,
+    filter_advance,
 };

@@ -328,7 +328,7 @@ class Listening:
 
     heard: list = field(default_factory=list)
 
-    def start(self, problem, measured=None):
+    def start(self, problem, measured=None, discretization=None):
         return self
 
     def update(self, measured, applied, parameters):

@@ -37,6 +37,12 @@ DIMENSIONS = {
     "measured_outputs": ("time", "measured_output"),
     "received_outputs": ("time", "measured_output"),
     "estimated_deviation": ("time", "state"),
+    "estimated_parameters": ("time", "model_parameter"),
+    "estimated_biases": ("time", "measurement"),
+    "innovation": ("time", "measurement"),
+    "innovation_deviation": ("time", "measurement"),
+    "innovation_used": ("time", "measurement"),
+    "nis": ("time",),
     "true_states": ("time", "state"),
     "true_outputs": ("time", "output"),
     "estimated_outputs": ("time", "output"),
@@ -55,6 +61,7 @@ SIGNALS = (
     "output",
     "parameter",
     "constraint",
+    "measurement",
     "measured_output",
     "model_parameter",
 )
@@ -100,7 +107,7 @@ def test_every_variable_with_signals_has_units(make):
     log = make()
     for name, dims in DIMENSIONS.items():
         variable = log[name]
-        if name == "health":
+        if name in ("health", "innovation_used", "nis"):
             assert variable.attrs["units"] == "1"
         elif name == "symptom":
             assert "units" not in variable.attrs

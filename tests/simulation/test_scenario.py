@@ -159,7 +159,7 @@ class Tiring:
     def preview(self, times, x):
         return self.tire(Preview({"angle": 0.0}))
 
-    def start(self, problem, measured=None):
+    def start(self, problem, measured=None, discretization=None):
         return self
 
     def update(self, measured, applied, parameters):
@@ -194,7 +194,7 @@ def test_whatever_is_raised_comes_with_the_log_so_far(changes, samples):
 class Careless:
     """An estimator that works on what it is given, and hands out its own memory."""
 
-    def start(self, problem, measured=None):
+    def start(self, problem, measured=None, discretization=None):
         self.x = np.zeros(2)
         return self
 
@@ -253,7 +253,7 @@ class Told:
     def __init__(self, answer):
         self.answer = answer
 
-    def start(self, problem, measured):
+    def start(self, problem, measured, discretization):
         return self
 
     def update(self, measured, applied, parameters):
@@ -264,7 +264,7 @@ class Told:
 
 
 class NeverStarted:
-    def start(self, problem, measured):
+    def start(self, problem, measured, discretization):
         pass
 
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from rumo.checks import as_names, as_numbers
+from rumo.checks import as_mapping, as_names, as_numbers, check_signature, checked
+from rumo.discretization import Discretization
 from rumo.errors import ArgumentError, ShapeError
+from rumo.estimation.innovation import Innovation
 from rumo.model import Model
 from rumo.problem import Problem
-from rumo.signals import Array, Signals
+from rumo.signals import Array, Signals, read_only
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,10 +27,22 @@ class Estimate:
         State of the controller's model.
     covariance : ndarray, shape (nx, nx), optional
         Of its error, where the estimator knows.
+    parameters : mapping of str to float
+        Parameters of the controller's model that are estimated too; the controller is told.
+    biases : mapping of str to float
+        Biases of measurements, by their names.
+    deviations : mapping of str to float
+        Standard deviations of parameters and biases.
+    innovation : Innovation, optional
+        Of the latest sample that is complete, where the estimator knows.
     """
 
     x: Array
     covariance: Array | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict[str, float])
+    biases: Mapping[str, float] = field(default_factory=dict[str, float])
+    deviations: Mapping[str, float] = field(default_factory=dict[str, float])
+    innovation: Innovation | None = None
 
 
 @runtime_checkable
@@ -55,11 +69,16 @@ class RunningEstimator(Protocol):
 class Estimator(Protocol):
     """Settings of an estimator.
 
-    One that takes late measurements for what they are has a mapping `late` from their names to samples, like
-    `ExtendedKalman`; a loop refuses late sensors without.
+    One that takes late measurements for what they are has a mapping `late` from their names to samples, or `age` to
+    seconds, like `ExtendedKalman`; a loop refuses late sensors without.
     """
 
-    def start(self, problem: Problem, measured: Sequence[str] | None = None) -> RunningEstimator:
+    def start(
+        self,
+        problem: Problem,
+        measured: Sequence[str] | None = None,
+        discretization: Discretization | None = None,
+    ) -> RunningEstimator:
         """Return an estimator without memory.
 
         Parameters
@@ -69,6 +88,8 @@ class Estimator(Protocol):
         measured : sequence of str, optional
             Signals that are measured, in the order in which they will come: states, algebraic variables and outputs
             of the model. All states if not given.
+        discretization : Discretization, optional
+            The controller's scheme, for estimators that predict.
         """
         ...
 
@@ -77,7 +98,12 @@ class Estimator(Protocol):
 class Unfiltered:
     """No estimator: measured states pass as they are."""
 
-    def start(self, problem: Problem, measured: Sequence[str] | None = None) -> RunningUnfiltered:
+    def start(
+        self,
+        problem: Problem,
+        measured: Sequence[str] | None = None,
+        discretization: Discretization | None = None,
+    ) -> RunningUnfiltered:
         """Return what passes the states of the problem's model on."""
         return RunningUnfiltered(state_columns(problem.model, measured))
 
@@ -100,26 +126,43 @@ def check_estimator(estimator: object) -> None:
         raise ArgumentError("estimator", shown, "settings such as Butterworth(cutoff=3.5)")
 
 
-def started(estimator: Estimator, problem: Problem, measured: Sequence[str]) -> RunningEstimator:
+def started(
+    estimator: Estimator, problem: Problem, measured: Sequence[str], discretization: Discretization | None = None
+) -> RunningEstimator:
     """What an estimator's settings, which may be of the user's making, start."""
-    running: object = estimator.start(problem, measured)
+    expected = "one of (problem, measured, discretization)"
+    check_signature(estimator.start, "estimator.start", 3, expected, "The last is the controller's scheme.")
+    running: object = estimator.start(problem, measured, discretization)
     if not isinstance(running, RunningEstimator):
         expected = "an object with update(measured, applied, parameters)"
         raise ArgumentError("estimator.start()", repr(running), expected)
     return running
 
 
-def as_estimate(estimate: object, states: Signals) -> Estimate:
-    """What an estimator, which may be of the user's making, has answered: an `Estimate` of these states."""
+def as_estimate(estimate: object, model: Model) -> Estimate:
+    """What an estimator, which may be of the user's making, has answered: an `Estimate` of this model.
+
+    Parameters that are no finite numbers are left out: the controller keeps its own.
+    """
+    argument = "estimator.update()"
     if not isinstance(estimate, Estimate):
         cure = "Write return rumo.estimation.Estimate(x)."
-        raise ArgumentError("estimator.update()", repr(estimate), "an Estimate", cure)
-    x, covariance = states.vector(estimate.x, "estimator.update().x"), estimate.covariance
+        raise ArgumentError(argument, repr(estimate), "an Estimate", cure)
+    x, covariance = model.states.vector(estimate.x, f"{argument}.x"), estimate.covariance
     if covariance is not None:
-        covariance, shape = as_numbers(covariance, "estimator.update().covariance"), 2 * x.shape
+        covariance, shape = as_numbers(covariance, f"{argument}.covariance"), 2 * x.shape
         if covariance.shape != shape:
-            raise ShapeError("estimator.update().covariance", f"shape {covariance.shape}", f"shape {shape}")
-    return Estimate(x, covariance)
+            raise ShapeError(f"{argument}.covariance", f"shape {covariance.shape}", f"shape {shape}")
+    told: dict[str, float] = {}
+    if estimate.parameters:
+        given = as_mapping(estimate.parameters, f"{argument}.parameters")
+        vector = model.parameters.vector(given, f"{argument}.parameters", model.default_parameters)
+        told = {name: float(vector[model.parameters.index(name)]) for name in given}
+    if estimate.innovation is not None:
+        checked(estimate.innovation, f"{argument}.innovation", Innovation)
+    known = {name: value for name, value in told.items() if np.isfinite(value)}
+    kept = None if covariance is None else read_only(covariance)
+    return Estimate(read_only(x), kept, known, estimate.biases, estimate.deviations, estimate.innovation)
 
 
 def measured_signals(model: Model, measured: Sequence[str] | None) -> Signals:

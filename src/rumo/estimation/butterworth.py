@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rumo.checks import whole_number
+from rumo.discretization import Discretization
 from rumo.errors import ArgumentError
 from rumo.estimation.base import Estimate, state_columns
 from rumo.problem import Problem
@@ -29,7 +30,12 @@ class Butterworth:
     cutoff: float = 3.5
     order: int = 1
 
-    def start(self, problem: Problem, measured: Sequence[str] | None = None) -> RunningButterworth:
+    def start(
+        self,
+        problem: Problem,
+        measured: Sequence[str] | None = None,
+        discretization: Discretization | None = None,
+    ) -> RunningButterworth:
         """Return a filter for the states of the problem's model, all measured; the problem's angles are unwrapped."""
         nyquist = 0.5 / problem.sampling_time
         cutoff = self.cutoff

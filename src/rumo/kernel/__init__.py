@@ -1,6 +1,6 @@
 """The C core from Python: arrays in, arrays out. Knows neither CasADi nor problems."""
 
-from rumo.kernel._core import GATE_STAGES, SLACK_TOLERANCE, Qp
+from rumo.kernel._core import GATE_STAGES, SLACK_TOLERANCE, Filter, Qp
 from rumo.kernel._core import Controller as Core
 from rumo.kernel.description import BOUNDS, NUMBERS, Description, StageProgram, as_numbers, describe
 from rumo.kernel.export import problem_source
@@ -16,6 +16,7 @@ __all__ = [
     "Build",
     "Core",
     "Description",
+    "Filter",
     "Guard",
     "Qp",
     "Settings",

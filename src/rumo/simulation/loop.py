@@ -90,9 +90,8 @@ class ClosedLoop:
         self._x = plant.states.finite_vector(scenario.x, "x")
         for name in scenario.disturbances:
             plant.parameters.index(name, "disturbances")
-        estimated = as_mapping(getattr(scenario.estimator, "late", {}), "late")
         ages = dict(zip(model.states, problem.sensors.age.tolist(), strict=True))
-        _require_same_lateness(scenario.sensors.late, estimated, ages)
+        _require_same_lateness(scenario.sensors.late, _lateness(scenario.estimator, dt), ages)
         self.measured = scenario.sensors.signals(plant, model)
         for fault in scenario.faults:
             fault.check(self.measured, model.inputs)
@@ -112,7 +111,8 @@ class ClosedLoop:
         faults = [(fault, fault.samples(problem.sampling_time)) for fault in scenario.faults]
         disturbance, sensors = self._random()
         with interruptible():
-            estimator = started(scenario.estimator or Unfiltered(), problem, sensors.signals.names)
+            scheme = controller.transcription.discretization
+            estimator = started(scenario.estimator or Unfiltered(), problem, sensors.signals.names, scheme)
         for driven in (plant, *filter(None, self._substitutes)):
             driven.reset()
         _RUNS[controller] = run = object()
@@ -137,11 +137,11 @@ class ClosedLoop:
                 received = read_only(received)
                 true = self._states(state, held, given), self._outputs(state, held, given)
 
-                estimate = as_estimate(estimator.update(received.copy(), actuators.believed, parameters), model.states)
-                x = read_only(estimate.x)
+                estimate = as_estimate(estimator.update(received.copy(), actuators.believed, parameters), model)
+                x = estimate.x
                 last = x if np.isfinite(x).all() else last
                 preview = _preview(reference, t + problem.times, NamedArray(model.states, last))
-                previewed.look(preview.parameters)
+                previewed.look({**estimate.parameters, **preview.parameters})
                 numbers = controller.problem.numbers
                 parameters = numbers.parameters[0]
                 # With a delay, what arrives now was decided before; without, it is what is computed now.
@@ -162,7 +162,7 @@ class ClosedLoop:
                     measured=NamedArray(sensors.signals, measured),
                     received=NamedArray(sensors.signals, received),
                     estimated=NamedArray(model.states, x),
-                    covariance=None if estimate.covariance is None else read_only(estimate.covariance),
+                    estimate=estimate,
                     preview=preview,
                     reference=NamedArray(problem.outputs, read_only(_now(preview, problem.outputs))),
                     numbers=numbers,
@@ -251,15 +251,21 @@ def _step(controller: Controller, x: Array, preview: Preview, bad: Sequence[tupl
             return controller.step(x, preview.signals)
 
 
-def _require_same_lateness(sensors: Mapping[str, int], estimator: Mapping[str, int], ages: Mapping[str, int]) -> None:
+def _lateness(estimator: object, dt: float) -> dict[str, float]:
+    """Samples of which an estimator, which may be of the user's making, knows that measurements are late."""
+    age, late = (as_mapping(getattr(estimator, name, {}), name) for name in ("age", "late"))
+    return {name: value / dt for name, value in age.items()} | late
+
+
+def _require_same_lateness(sensors: Mapping[str, int], estimator: Mapping[str, float], ages: Mapping[str, int]) -> None:
     """Raise if estimator and controller together would take measurements for newer, or older, than they are."""
     for name in {**sensors, **estimator, **ages}:
         late, expected = sensors.get(name, 0), estimator.get(name, 0) + ages.get(name, 0)
-        if late != expected:
+        if not isclose(late, expected, abs_tol=1e-6):
             raise ArgumentError(
                 f"sensors.late[{name!r}]",
                 str(late),
-                f"the {expected} samples that estimator and problem reckon with",
+                f"the {expected:g} samples that estimator and problem reckon with",
                 "ExtendedKalman(late={...}) takes late measurements for what they are, or Problem(measurements={...}) "
                 "with rumo.Measurement(age=...); what neither shall know of is a fault, LateMeasurement.",
             )

@@ -19,8 +19,9 @@ from rumo.signals import Array, NamedArray, Signals, Values
 from rumo.simulation.computed import limits_at, outputs_and_constraints
 from rumo.simulation.foreign import ForeignPlant, PlantLike, as_plant
 from rumo.simulation.plant import Plant
+from rumo.simulation.rows import of_innovation, of_plan
 from rumo.simulation.sample import Sample
-from rumo.simulation.variables import OTHERS, RESCUED, SKIPPED, TEXTS, TIMES, UNITLESS, VARIABLES
+from rumo.simulation.variables import OTHERS, RESCUED, TEXTS, TIMES, UNITLESS, VARIABLES
 from rumo.version import __version__
 
 if TYPE_CHECKING:
@@ -67,6 +68,7 @@ class Recorder:
             "constraint": problem.constraint_names,
             "plant_state": plant.states if plant else nothing,
             "parameter": plant.parameters if plant else nothing,
+            "measurement": measured,
             "measured_output": Signals(further, "measured outputs"),
             "model_parameter": model.parameters,
         }
@@ -103,7 +105,8 @@ class Recorder:
             Wanted outputs, as the controller was told.
         others : mapping or array_like
             Other variables of a log, by their names: `plant`, `disturbance`, `received`, `parameters`,
-            `estimated_deviation`, `true_states`, `true_outputs`.
+            `estimated_deviation`, `estimated_parameters`, `estimated_biases`, `true_states`, `true_outputs`; and
+            `innovation`, an `Innovation`.
         """
         signals = self._signals
         time = finite_number(time, "time")
@@ -133,9 +136,11 @@ class Recorder:
             parameters = parameter_table(self._controller.problem.model, self._controller.parameters, parameters)
         row["parameters"] = parameters
         row["numbers"] = self._controller.problem.numbers
+        others |= of_innovation(others.pop("innovation", None))
+        row["nis"] = others.pop("nis", None)
         for name, values in others.items():
             row[name] = self._vector(signals[VARIABLES[name][0][-1]], values, name)
-        row |= _of_plan(plan) | dict(zip(("health", "symptom"), self._symptoms(plan), strict=True))
+        row |= of_plan(plan) | dict(zip(("health", "symptom"), self._symptoms(plan), strict=True))
         for name, (dims, _) in VARIABLES.items():
             if name not in TEXTS:
                 row[name] = self._copied(name, dims, row.get(name))
@@ -143,7 +148,7 @@ class Recorder:
 
     def record(self, sample: Sample) -> None:
         """Record a sample of a `ClosedLoop`."""
-        covariance = sample.covariance
+        covariance, estimate = sample.covariance, sample.estimate
         self.add(
             sample.plan,
             time=sample.time,
@@ -156,6 +161,9 @@ class Recorder:
             disturbance=sample.disturbance,
             parameters=sample.parameters,
             estimated_deviation=None if covariance is None else np.sqrt(np.diag(covariance)),
+            estimated_parameters=estimate.parameters,
+            estimated_biases=estimate.biases,
+            innovation=estimate.innovation,
             true_states=sample.states,
             true_outputs=sample.outputs,
         )
@@ -176,7 +184,7 @@ class Recorder:
         data: dict[str, Any] = {}
         for name, (dims, meaning) in VARIABLES.items():
             attributes = {"long_name": meaning}
-            if dims and name not in TEXTS:
+            if name in UNITLESS or (dims and name not in TEXTS):
                 attributes["units"] = "1" if name in UNITLESS else _unit_list(self._signals[dims[-1]])
             data[name] = (("time", *dims), columns[name], attributes)
         for name in TIMES:
@@ -263,25 +271,6 @@ class Recorder:
         if array.shape not in (shape, shape[1:]):
             raise ShapeError(name, f"shape {array.shape}", f"shape {shape}")
         return np.broadcast_to(array, shape).copy()
-
-
-def _of_plan(plan: Plan | None) -> dict[str, Any]:
-    if plan is None:
-        return {"status": SKIPPED, "cause": SKIPPED, "rescued": False, **dict.fromkeys(TIMES, np.nan)}
-    return {
-        "commanded": plan.command.values,
-        "predicted_states": plan.x.values,
-        "predicted_inputs": plan.u.values,
-        "constraints": plan.constraints.values,
-        "slacks": plan.slacks.values,
-        "status": plan.status.name,
-        "cause": plan.cause.name,
-        "rescued": plan.rescued,
-        "prepare_time": plan.timings.prepare,
-        "feedback_time": plan.timings.feedback,
-        "step_time": plan.timings.total,
-        "waited_time": plan.timings.waited,
-    }
 
 
 def _unit_list(signals: Signals) -> str:

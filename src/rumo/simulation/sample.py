@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from rumo.estimation import Estimate
 from rumo.numbers import ProblemNumbers
 from rumo.plan import Plan
 from rumo.references import Preview
@@ -30,8 +31,8 @@ class Sample:
         What of it arrives: the same, but for faults.
     estimated : NamedArray
         State that the controller is told.
-    covariance : ndarray, shape (nx, nx), or None
-        Of the estimate's error, where the estimator knows.
+    estimate : Estimate
+        All that the estimator says.
     preview : Preview
         What lies ahead, as the controller is told.
     reference : NamedArray
@@ -55,7 +56,7 @@ class Sample:
     measured: NamedArray[float]
     received: NamedArray[float]
     estimated: NamedArray[float]
-    covariance: Array | None
+    estimate: Estimate
     preview: Preview
     reference: NamedArray[float]
     numbers: ProblemNumbers
@@ -64,6 +65,11 @@ class Sample:
     disturbance: NamedArray[float]
     states: NamedArray[float]
     outputs: NamedArray[float]
+
+    @property
+    def covariance(self) -> Array | None:
+        """Of the estimate's error (nx, nx), where the estimator knows."""
+        return self.estimate.covariance
 
     @property
     def parameters(self) -> Array:

@@ -27,6 +27,15 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "measured_outputs": (("measured_output",), "further measurements"),
     "received_outputs": (("measured_output",), "further measurements as they arrived, faults included"),
     "estimated_deviation": (("state",), "standard deviation of the estimated states"),
+    "estimated_parameters": (("model_parameter",), "parameters that the estimator estimates too"),
+    "estimated_biases": (("measurement",), "biases of measurements that the estimator estimates too"),
+    "innovation": (("measurement",), "measured less predicted, of the latest sample whose measurements have all come"),
+    "innovation_deviation": (("measurement",), "standard deviation that the estimator expects of it"),
+    "innovation_used": (
+        ("measurement",),
+        "1 where the estimate was corrected by it, 0 where it was none or an outlier",
+    ),
+    "nis": ((), "normalised innovation squared of all measurements used"),
     "true_states": (("state",), "states of the controller's model, of the plant"),
     "true_outputs": (("output",), "tracked outputs, of the plant"),
     "estimated_outputs": (("output",), "tracked outputs at the estimated states"),
@@ -37,9 +46,20 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
 """Dimensions after time, and meaning."""
 TEXTS = ("status", "cause", "symptom")
 """Of these: no numbers."""
-UNITLESS = ("health",)
+UNITLESS = ("health", "innovation_used", "nis")
 """Of these: in no unit, whatever is the signal's."""
 RESCUED = "whether the nonlinear program's solution was the plan, since the iteration's was not to be trusted"
 TIMES = ("prepare_time", "feedback_time", "step_time", "waited_time")
-OTHERS = ("plant", "disturbance", "received", "parameters", "estimated_deviation", "true_states", "true_outputs")
+OTHERS = (
+    "plant",
+    "disturbance",
+    "received",
+    "parameters",
+    "estimated_deviation",
+    "estimated_parameters",
+    "estimated_biases",
+    "innovation",
+    "true_states",
+    "true_outputs",
+)
 """What loops may know besides."""

@@ -1,0 +1,197 @@
+"""The filter at work: it starts, takes each measurement for the time when it was made, and starts again."""
+
+from __future__ import annotations
+
+from collections import deque
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from rumo.estimation.base import Estimate
+from rumo.estimation.ekf.augmented import AugmentedModel
+from rumo.estimation.ekf.engine import FilterEngine
+from rumo.estimation.innovation import Innovation
+from rumo.signals import Array
+
+SAME_TIME = 1e-6
+"""Share of a sample by which two measurements may be apart and are still taken together."""
+
+
+@dataclass(frozen=True, eq=False)
+class FirstBelief:
+    """What a filter starts from.
+
+    Attributes
+    ----------
+    x : ndarray, shape (n,)
+        NaN for states that start at what is measured of them, and for unknown parameters that start at what the filter
+        is told.
+    variances : ndarray, shape (n,)
+        Of their errors.
+    places : ndarray of int, shape (n,)
+        Which measurement a state starts at, -1 for none.
+    told : ndarray of int, shape (n,)
+        Which of the parameters told an unknown starts at, -1 for none.
+    """
+
+    x: Array
+    variances: Array
+    places: np.ndarray
+    told: np.ndarray
+
+
+@dataclass(eq=False)
+class _Sample:
+    """What is known of a sample: the input held until then, parameters, measurements as they come in."""
+
+    applied: Array
+    parameters: Array
+    measured: Array
+
+
+class RunningExtendedKalman:
+    """A filter with memory; it starts when each state without a first estimate has been measured once.
+
+    Parameters
+    ----------
+    model : AugmentedModel
+        What is estimated.
+    engine : FilterEngine
+        What computes a step.
+    first : FirstBelief
+        Where it starts.
+    late : ndarray, shape (m,)
+        Samples, and fractions of one, from a measurement to its arrival.
+    states : int
+        Number nx of states of the controller's model, the first of those estimated.
+    parameters, biases : tuple of str
+        Names of the others.
+
+    Attributes
+    ----------
+    innovation : Innovation or None
+        Of the latest sample all of whose measurements have come, if there was one at the last update.
+    backend : str
+        "portable" for the C core, "reference" for NumPy.
+    """
+
+    def __init__(
+        self,
+        model: AugmentedModel,
+        engine: FilterEngine,
+        first: FirstBelief,
+        late: Array,
+        states: int,
+        parameters: tuple[str, ...],
+        biases: tuple[str, ...],
+    ) -> None:
+        self._model, self._engine, self._first = model, engine, first
+        self._states, self._parameters, self._biases = states, parameters, biases
+        self._whole = np.floor(late + SAME_TIME).astype(int)
+        ends = 1.0 - np.maximum(late - self._whole, 0.0)
+        ends[ends > 1.0 - SAME_TIME] = 1.0
+        # When, as a share of the sample, measurements are made, and which.
+        self._times = [(float(end), ends == end) for end in sorted({*ends.tolist(), 1.0})]
+        self._oldest = int(self._whole.max(initial=0))
+        self._prompt = np.zeros(len(late), dtype=bool)
+        self._prompt[(self._whole == 0) & (ends == 1.0)] = True
+        self._seen = first.x
+        self._belief: Array | None = None
+        self._recent: deque[_Sample] = deque()
+        self.innovation: Innovation | None = None
+        self.backend = engine.backend
+
+    def update(self, measured: Array, applied: Array, parameters: Array) -> Estimate:
+        """Estimate from measurements (m,), see `RunningEstimator`; those that are not finite are left to prediction."""
+        measured, self.innovation = np.asarray(measured, dtype=float), None
+        if self._belief is None:
+            return self._start(measured, applied, parameters)
+        try:
+            belief = self._advanced(self._belief, measured, applied, parameters)
+        except np.linalg.LinAlgError:
+            # The model has no value here: start anew at the next good sample.
+            self._belief, self.innovation, self._seen = None, None, self._first.x
+            self._recent.clear()
+            return Estimate(self._begin(measured, parameters)[: self._states])
+        return self._estimate(belief)
+
+    def _advanced(self, belief: Array, measured: Array, applied: Array, parameters: Array) -> Array:
+        """The belief now; what is known of samples all of whose measurements have come is kept."""
+        if not self._oldest and len(self._times) == 1:
+            self._belief, self.innovation = self._advance(belief, _Sample(applied, parameters, measured))
+            return self._belief
+        recent = self._recent
+        recent.append(_Sample(applied.copy(), parameters.copy(), np.full(len(measured), np.nan)))
+        for j, late in enumerate(self._whole.tolist()):
+            if late < len(recent):
+                recent[-1 - late].measured[j] = measured[j]
+        if len(recent) > self._oldest:
+            self._belief, self.innovation = self._advance(belief, recent.popleft())
+            belief = self._belief
+        for sample in recent:
+            belief, _ = self._advance(belief, sample)
+        return belief
+
+    def _advance(self, belief: Array, sample: _Sample) -> tuple[Array, Innovation]:
+        """One sample on, with stops where something was measured on the way."""
+        if len(self._times) == 1:
+            belief, report = self._step(belief, sample, 1.0, sample.measured)
+            return belief, _innovation(report)
+        done, m, whole = 0.0, len(sample.measured), np.array([])
+        for end, here in self._times:
+            measured = np.where(here, sample.measured, np.nan)
+            if end < 1.0 and not np.isfinite(measured).any():
+                continue
+            belief, report = self._step(belief, sample, end - done, measured)
+            done = end
+            if len(whole):  # each measurement is in one report, and sums of squares add up
+                report[: 2 * m] = np.where(np.isnan(report[: 2 * m]), whole[: 2 * m], report[: 2 * m])
+                report[2 * m :] += whole[2 * m :]
+            whole = report
+        return belief, _innovation(whole)
+
+    def _step(self, belief: Array, sample: _Sample, share: float, measured: Array) -> tuple[Array, Array]:
+        parameters = self._model.parameters(sample.parameters, share)
+        return self._engine.advance(belief, sample.applied, parameters, measured)
+
+    def _start(self, measured: Array, applied: Array, parameters: Array) -> Estimate:
+        now = self._begin(measured, parameters)
+        self._seen = np.where(np.isfinite(now), now, self._seen)
+        if not np.isfinite(self._seen).all():
+            return Estimate(self._seen[: self._states].copy())
+        belief = self._engine.start(self._seen, self._first.variances)
+        rest = np.where(self._prompt, measured, np.nan)
+        rest[self._first.places[self._first.places >= 0]] = np.nan  # those that it starts at
+        if np.isfinite(rest).any():
+            with suppress(np.linalg.LinAlgError):  # where it starts, the others say nothing
+                belief, _ = self._step(belief, _Sample(applied, parameters, rest), 0.0, rest)
+        self._belief = belief
+        return self._estimate(belief)
+
+    def _begin(self, measured: Array, parameters: Array) -> Array:
+        """What is measured and told of states now (n,), first estimates of the others."""
+        x, first = self._first.x.copy(), self._first
+        measures, tells = first.places >= 0, first.told >= 0
+        x[measures], x[tells] = measured[first.places[measures]], parameters[first.told[tells]]
+        return x
+
+    def _estimate(self, belief: Array) -> Estimate:
+        nx, p = self._states, self._states + len(self._parameters)
+        covariance = self._engine.covariance(belief)
+        if not self._parameters and not self._biases:
+            return Estimate(belief[:nx].copy(), covariance, innovation=self.innovation)
+        values, deviations = belief[nx : len(covariance)].tolist(), np.sqrt(np.diag(covariance)[nx:]).tolist()
+        return Estimate(
+            belief[:nx].copy(),
+            covariance[:nx, :nx].copy(),
+            dict(zip(self._parameters, values, strict=False)),
+            dict(zip(self._biases, values[p - nx :], strict=True)),
+            dict(zip((*self._parameters, *self._biases), deviations, strict=True)),
+            self.innovation,
+        )
+
+
+def _innovation(report: Array) -> Innovation:
+    m = len(report) // 3
+    return Innovation(report[:m], report[m : 2 * m], report[2 * m : 3 * m] > 0.0, float(report[-1]))
