@@ -5,14 +5,17 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rumo.checks import as_mapping, as_numbers, check_signature
 from rumo.errors import ArgumentError, ShapeError
-from rumo.signals import Array, NamedArray, read_only
+from rumo.signals import Array, NamedArray
+
+if TYPE_CHECKING:
+    from rumo.problem import Problem
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,14 +36,20 @@ class Preview:
 
     def __post_init__(self) -> None:
         for part, argument in (("signals", "reference"), ("parameters", "preview.parameters")):
-            given = as_mapping(getattr(self, part), f"preview.{part}").items()
-            own = {name: read_only(as_numbers(values, f"{argument}[{name!r}]")) for name, values in given}
+            own = as_mapping(getattr(self, part), f"preview.{part}")
+            for name, values in own.items():
+                own[name] = array = as_numbers(values, f"{argument}[{name!r}]")  # a copy
+                array.flags.writeable = False
             object.__setattr__(self, part, own)
 
 
 @runtime_checkable
 class Reference(Protocol):
-    """Anything that can say what lies ahead."""
+    """Anything that can say what lies ahead.
+
+    One that remembers something from sample to sample, such as how far a vehicle is, has `start(problem)` besides,
+    which returns what previews in one run: as an estimator, it is settings, and shared by runs.
+    """
 
     def preview(self, times: Array, x: NamedArray[float]) -> Preview:
         """What lies ahead of a state.
@@ -143,3 +152,14 @@ def as_reference(reference: object) -> Reference:
         )
     function: Any = reference
     return of_time(function, "reference")
+
+
+def start_reference(reference: Reference, problem: Problem) -> Reference:
+    """`reference` at the beginning of a run with a controller of `problem`, see `Reference`."""
+    start = getattr(reference, "start", None)
+    if not callable(start):
+        return reference
+    running = start(problem)
+    if not isinstance(running, Reference):
+        raise ArgumentError("reference.start()", repr(running), "something with preview(times, x)")
+    return running

@@ -2,31 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy.special import ellipeinc
 
 from rumo.checks import finite_number, positive_number
-from rumo.errors import ArgumentError
 from rumo.references.base import OfTime
+from rumo.references.motion import Rolling, check_vehicle
 from rumo.signals import Array
-
-
-class Rolling(Protocol):
-    """A vehicle that knows its own motion along a curve."""
-
-    def rolling(self, speed: Array, curvature: Array) -> Mapping[str, Array]:
-        """Further states while it drives along a curvature [1/m] at a speed [m/s] without slip."""
-        ...
-
-
-def check_vehicle(vehicle: Rolling | None) -> None:
-    """Raise for what is no vehicle."""
-    if vehicle is not None and (isinstance(vehicle, type) or not hasattr(vehicle, "rolling")):
-        raise ArgumentError("vehicle", repr(vehicle), "what knows its rolling, such as rumo.vehicles.PAPER_CAR")
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from rumo.estimation import Unfiltered
 from rumo.estimation.base import as_estimate, started
 from rumo.interrupts import interruptible
 from rumo.plan import Plan
-from rumo.references import Preview, Reference, as_reference
+from rumo.references import Preview, Reference, as_reference, start_reference
 from rumo.signals import Array, NamedArray, Signals, read_only
 from rumo.simulation.actuators import Actuators
 from rumo.simulation.faults import Fault
@@ -106,7 +106,8 @@ class ClosedLoop:
 
     def __iter__(self) -> Generator[Sample, None, None]:
         scenario, controller, plant = self.scenario, self.controller, self.plant
-        problem, reference = controller.problem, as_reference(scenario.reference)
+        problem = controller.problem
+        reference = start_reference(as_reference(scenario.reference), problem)
         model, times = problem.model, problem.sampling_time * np.arange(len(self))
         faults = [(fault, fault.samples(problem.sampling_time)) for fault in scenario.faults]
         disturbance, sensors = self._random()

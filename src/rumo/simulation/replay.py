@@ -9,7 +9,7 @@ import numpy as np
 
 from rumo.errors import ArgumentError
 from rumo.problem import Problem
-from rumo.references import ReferenceLike, as_reference
+from rumo.references import ReferenceLike, as_reference, start_reference
 from rumo.signals import Array, NamedArray
 
 if TYPE_CHECKING:
@@ -63,10 +63,12 @@ def recorded(problem: Problem, log: xr.Dataset, reference: ReferenceLike) -> Rec
     samples = np.arange(first, log.sizes["time"] - decided + 1)
     if not len(samples):
         raise ArgumentError("log", f"{log.sizes['time']} samples", f"at least {first + decided}, with this delay")
-    follow, states, times = as_reference(reference), log["estimated"].to_numpy(), log["time"].to_numpy()
+    follow = start_reference(as_reference(reference), problem)
+    states, times = log["estimated"].to_numpy(), log["time"].to_numpy()
     windows = [
-        follow.preview(times[k] + problem.times, NamedArray(problem.model.states, states[k])).signals for k in samples
-    ]
+        follow.preview(times[k] + problem.times, NamedArray(problem.model.states, states[k])).signals
+        for k in range(samples[-1] + 1)
+    ][first:]
     shape, inputs = (len(samples), len(problem.times)), log["applied"].to_numpy()
     outputs = [
         np.reshape([np.broadcast_to(window[name], shape[1:]) for window in windows], shape) for name in problem.outputs

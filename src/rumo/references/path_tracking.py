@@ -1,0 +1,203 @@
+"""A path followed by place: what lies ahead of where the vehicle is on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from math import isfinite, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rumo.checks import as_mapping, as_names, checked, finite_number, positive_number
+from rumo.errors import ArgumentError, ShapeError
+from rumo.references.base import Preview
+from rumo.references.motion import Rolling, check_vehicle, checked_outputs, known_signals, motion
+from rumo.references.paths import TURN, Path
+from rumo.references.speed_profile import SpeedProfile
+from rumo.references.timed_path import check_on
+from rumo.signals import Array, NamedArray, Signals
+
+if TYPE_CHECKING:
+    from rumo.problem import Problem
+
+WINDOW = 5.0
+"""How far a vehicle may be from where it was expected to get to [m]."""
+OTHER_WAY = 1.25 * pi
+"""Error of the heading from which it is taken to be on the other side [rad]: more than half a turn, so that noise does
+not change sides back and forth."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathTracking:
+    """A path at speeds that belong to places: the part ahead of the vehicle's progress, at the profile's speeds.
+
+    The nearest point is looked for all over the path at the first preview, then near where the vehicle has to be by
+    now, so that a path may cross itself, and laps are counted. From there the profile says how progress goes on.
+
+    Each run asks `start` for a state of its own; `preview` of the settings themselves is the first preview of a run.
+
+    Parameters
+    ----------
+    path : Path
+        To be followed.
+    profile : SpeedProfile
+        How fast where; on a closed path a flying lap, or one with a beginning and an end. Where its speed is 0 but at
+        the beginning, the vehicle is asked to stay; for stops that end, see `TimedPath`.
+    vehicle : VehicleParameters, optional
+        The car that is to drive it, or anything else that is `Rolling`: its further states become signals.
+    outputs : tuple of str, optional
+        Which signals to give: p_x, p_y, psi (the tangent), course (the same), speed, v_x (the same), omega, and further
+        ones of the vehicle. All that the problem knows if not given.
+    parameters : mapping of str to callable
+        Parameters of the controller's model by place: functions of arc lengths (n,) [m], evaluated in the middle of
+        each interval. `curvature` is the path's without being named, if the model has a parameter of this name.
+    position : tuple of str
+        States of the controller's model that say where the vehicle is.
+    window : float
+        How far it may be from where it should have got to since the last preview, forwards and backwards [m]. Less than
+        half of the smallest loop.
+    begin : float, optional
+        Arc length near which it is at first [m], if the nearest point of all may be the wrong one.
+    """
+
+    path: Path
+    profile: SpeedProfile
+    vehicle: Rolling | None = None
+    outputs: tuple[str, ...] | None = None
+    parameters: Mapping[str, Callable[[Array], ArrayLike]] = field(
+        default_factory=dict[str, Callable[[Array], ArrayLike]]
+    )
+    position: tuple[str, str] = ("p_x", "p_y")
+    window: float = WINDOW
+    begin: float | None = None
+
+    def __post_init__(self) -> None:
+        check_on(checked(self.path, "path", Path), checked(self.profile, "profile", SpeedProfile))
+        check_vehicle(self.vehicle)
+        if self.outputs is not None:
+            object.__setattr__(self, "outputs", checked_outputs(self.outputs, self.vehicle))
+        for name, function in as_mapping(self.parameters, "parameters").items():
+            if not callable(function):
+                raise ArgumentError(f"parameters[{name!r}]", repr(function), "a function of arc lengths (n,) [m]")
+        if len(as_names(self.position, "position")) != 2:
+            raise ArgumentError("position", repr(self.position), 'two names such as ("p_x", "p_y")')
+        positive_number(self.window, "window")
+        if self.begin is not None:
+            finite_number(self.begin, "begin")
+
+    def start(self, problem: Problem | None = None) -> RunningPathTracking:
+        """What remembers, for one run, how far the vehicle is.
+
+        Parameters
+        ----------
+        problem : Problem, optional
+            Of the controller: decides which signals and parameters are known. Without it, those of the state.
+        """
+        return RunningPathTracking(self, problem)
+
+    def preview(self, times: Array, x: NamedArray[float]) -> Preview:
+        """What lies ahead of a vehicle of which nothing is known but where it is, see `Reference`."""
+        return self.start().preview(times, x)
+
+
+class RunningPathTracking:
+    """`PathTracking` in a run.
+
+    Attributes
+    ----------
+    progress : float
+        Arc length of the vehicle's nearest point, counted on from lap to lap [m]; NaN before the first preview.
+    """
+
+    def __init__(self, settings: PathTracking, problem: Problem | None = None) -> None:
+        self.progress = np.nan
+        self._settings, self._path, self._profile = settings, settings.path, settings.profile
+        self._parameters: dict[str, Callable[[Array], ArrayLike]] = dict(settings.parameters)
+        if problem is not None and "curvature" in problem.model.parameters and "curvature" not in self._parameters:
+            self._parameters["curvature"] = lambda s: self._path.at(s).curvature
+        known = known_signals(settings.vehicle)
+        self._names = settings.outputs
+        if self._names is None and problem is not None:
+            model = problem.model
+            wanted = {*problem.outputs, *model.states, *model.outputs}
+            self._names = tuple(name for name in known if name in wanted)
+        self._signals: Signals | None = None
+        self._known = known
+        self._now = self._speed = 0.0
+        self._psi, self._turns = np.nan, 0
+        self._at: list[int] = []
+
+    @property
+    def lap(self) -> int:
+        """Laps completed, of a closed path."""
+        return int(self.progress // self._path.length) if self._path.closed and isfinite(self.progress) else 0
+
+    def preview(self, times: Array, x: NamedArray[float]) -> Preview:
+        """Signals and parameters ahead, see `Reference`."""
+        if x.signals is not self._signals:
+            self._look_up(x.signals)
+        state = x.values.tolist()
+        self._move(float(times[0]), *(state[i] for i in self._at[:2]))
+        begin = self._profile.moment(self.progress) if isfinite(self.progress) else np.nan
+        s, speed, _ = self._profile.at_time(begin + (times - times[0]))
+        points = self._path.at(s)
+        self._speed = float(speed[0])
+        turns = self._alongside(state[self._at[2]], float(points.heading[0])) if len(self._at) > 2 else 0
+        if turns:
+            points = points._replace(heading=points.heading + turns * TURN)
+        signals = motion(points, speed, self._settings.vehicle)
+        ahead: dict[str, ArrayLike] = {}
+        if self._parameters:
+            middle = 0.5 * (s[:-1] + s[1:])
+            ahead = {name: _by_place(function, middle, name) for name, function in self._parameters.items()}
+        return Preview({name: signals[name] for name in self._names or ()}, ahead)
+
+    def _look_up(self, states: Signals) -> None:
+        """Where in the state to look, once."""
+        self._at = [states.index(name, "position") for name in self._settings.position]
+        if "psi" in states:
+            self._at.append(states.index("psi"))
+        if self._names is None:
+            self._names = tuple(name for name in self._known if name in states)
+        self._signals = states
+
+    def _move(self, now: float, x: float, y: float) -> None:
+        """Progress of a vehicle that is at x, y now; unchanged if that is not finite."""
+        elapsed, self._now = now - self._now, now
+        if not (isfinite(x) and isfinite(y)):
+            return
+        settings, path = self._settings, self._path
+        if isfinite(self.progress) and elapsed >= 0.0:
+            # It may have stood still since, or have been twice as fast as it should be.
+            low, high = self.progress - settings.window, self.progress + settings.window
+            self.progress = path.nearest(x, y, low, high + 2.0 * self._speed * elapsed)
+        elif settings.begin is not None:
+            self.progress = path.nearest(x, y, settings.begin - settings.window, settings.begin + settings.window)
+        else:
+            s = path.project((x, y))
+            behind = path.closed and not self._profile.closed and s > 0.5 * path.length
+            self.progress = s - path.length if behind else s  # behind the line of a standing start
+
+    def _alongside(self, psi: float, heading: float) -> int:
+        """Full turns that bring the path's heading next to the vehicle's, which may be wrapped."""
+        if not isfinite(psi):
+            return self._turns
+        if isfinite(self._psi):
+            psi = self._psi + (psi - self._psi + pi) % TURN - pi
+            if abs(psi - heading - self._turns * TURN) > OTHER_WAY:
+                self._turns = round((psi - heading) / TURN)
+        else:
+            self._turns = round((psi - heading) / TURN)
+        self._psi = psi
+        return self._turns
+
+
+def _by_place(function: Callable[[Array], ArrayLike], s: Array, name: str) -> Array:
+    values = np.asarray(function(s), dtype=float)
+    if values.shape not in ((), s.shape):
+        raise ShapeError(
+            f"parameters[{name!r}](s)", f"shape {values.shape}", f"shape {s.shape}, one at each arc length"
+        )
+    return values
