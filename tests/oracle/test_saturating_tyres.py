@@ -25,8 +25,8 @@ class MagicFormula:
 
     C: float = 1.5
 
-    def force(self, tyre, sigma, tan_alpha, F_z, direction=1.0):
-        along, across, limit = tyre.C_s * sigma, tyre.C_a * tan_alpha, tyre.mu * F_z
+    def force(self, tyre, sigma, tan_alpha, F_z, mu, direction=1.0):
+        along, across, limit = tyre.C_s * sigma, tyre.C_a * tan_alpha, mu * F_z
         n = ca.sqrt(along**2 + across**2 + 1e-10) / limit
         share = ca.sin(self.C * ca.atan(n / self.C)) / n
         return share * along, share * across

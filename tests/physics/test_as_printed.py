@@ -132,7 +132,8 @@ def test_full_weight_allows_one_tyre_the_friction_of_the_whole_car(name, share):
         constraint = friction_circles(PAPER_CAR, as_printed=as_printed)[name]
         row = model.scalar(constraint.expression(*model.symbols), name)
         x = {"v_x": 8.0, "v_y": 0.01, "omega": 0.02, "w_f": 13.35, "w_r": 13.34, "delta": 0.01}
-        return float(ca.Function("row", [model.x], [row])(model.states.vector(x, "x", np.zeros(9)))) + 1.0
+        function = ca.Function("row", [model.x, model.p], [row])
+        return float(function(model.states.vector(x, "x", np.zeros(9)), model.default_parameters)) + 1.0
 
     assert used(AsPrinted(full_weight_friction=True)) == pytest.approx(share**2 * used(None))
 

@@ -8,13 +8,22 @@ import numpy as np
 import pytest
 from model_values import central_differences, derivative, jacobian, vectors
 
-from rumo.vehicles import PAPER_CAR, PASSENGER_CAR, Dugoff, LinearTyre, ModifiedDugoff, dynamic_bicycle, four_wheel
+from rumo.vehicles import (
+    PAPER_CAR,
+    PASSENGER_CAR,
+    Dugoff,
+    LinearTyre,
+    ModifiedDugoff,
+    SaturatingTyre,
+    dynamic_bicycle,
+    four_wheel,
+)
 from rumo.vehicles.four_wheel import _ackermann, _loads
 from rumo.vehicles.parameters import GRAVITY
 
 # The paper gives no height of the centre of gravity.
 CARS = {"paper": replace(PAPER_CAR, h=0.3), "passenger": PASSENGER_CAR}
-TYRES = {"linear": LinearTyre(), "dugoff": Dugoff(), "modified": ModifiedDugoff()}
+TYRES = {"linear": LinearTyre(), "dugoff": Dugoff(), "modified": ModifiedDugoff(), "saturating": SaturatingTyre()}
 WHEELS = ("w_fl", "w_fr", "w_rl", "w_rr")
 both_cars = pytest.mark.parametrize("car", CARS.values(), ids=CARS.keys())
 all_tyres = pytest.mark.parametrize("tyre", TYRES.values(), ids=TYRES.keys())
@@ -29,14 +38,19 @@ def without_drag(car):
     return replace(car, b_lon=0.0, b_lat=0.0)
 
 
-def random_motions(n, seed=0):
+def random_motions(car, n, seed=0):
     """Vectors (nx, n), (nu, n), (np_, n) of driving, sliding, reversing and standing, without wind."""
     rng = np.random.default_rng(seed)
     spread = [50.0, 50.0, 3.0, 8.0, 3.0, 2.0, 20.0, 20.0, 20.0, 20.0]
     x = np.vstack([np.array(spread)[:, None] * rng.normal(size=(10, n)), rng.uniform(-0.7, 0.7, (1, n))])
     x[6:10, : n // 2] = x[3, : n // 2] / 0.6 + rng.normal(size=(4, n // 2))  # half of them near rolling
     x[3:10, ::10] *= 0.01  # some near standstill
-    return x, np.vstack([rng.uniform(-300.0, 300.0, n), rng.uniform(-1.5, 1.5, n)]), np.zeros((2, n))
+    return x, np.vstack([rng.uniform(-300.0, 300.0, n), rng.uniform(-1.5, 1.5, n)]), road(car, np.zeros(n), np.zeros(n))
+
+
+def road(car, wind_speed, wind_direction):
+    """Parameters (np_, n), of the car's own friction."""
+    return np.vstack([wind_speed, wind_direction, np.full(len(wind_speed), car.mu)])
 
 
 @both_cars
@@ -102,11 +116,11 @@ def test_mirrored_motion_has_the_mirrored_derivative(car, tyre, load_transfer):
     names = list(model.states)
     order = [names.index(name) for name in (*names[:6], "w_fr", "w_fl", "w_rr", "w_rl", "delta")]
     sign = np.array([-1.0 if name in ("p_y", "psi", "v_y", "omega", "delta") else 1.0 for name in names])[:, None]
-    x, u, _ = random_motions(200)
-    p = np.vstack([np.full(200, 4.0), np.linspace(-3.0, 3.0, 200)])
+    x, u, _ = random_motions(car, 200)
+    p = road(car, np.full(200, 4.0), np.linspace(-3.0, 3.0, 200))
     here = model.f(x, u, p).full()
     # Steering rate and wind direction change sign with the picture.
-    there = model.f(sign * x[order], u * [[1.0], [-1.0]], p * [[1.0], [-1.0]]).full()
+    there = model.f(sign * x[order], u * [[1.0], [-1.0]], p * [[1.0], [-1.0], [1.0]]).full()
     # Sums run in another order: rounding of the largest term of each motion.
     size = np.abs(here).max(axis=0)
     assert np.max(np.abs(there - sign * here[order]) / size) < 1e-12
@@ -117,7 +131,7 @@ def test_mirrored_motion_has_the_mirrored_derivative(car, tyre, load_transfer):
 @pytest.mark.parametrize("load_transfer", [False, True])
 def test_tyres_and_drag_only_take_energy_away(car, tyre, load_transfer):
     model = four_wheel(car, tyre, load_transfer=load_transfer)
-    x, u, p = random_motions(2000)
+    x, u, p = random_motions(car, 2000)
     xdot = model.f(x, u, p).full()
     inertia = np.array([0.0, 0.0, 0.0, car.m, car.m, car.I, *[car.J] * 4, 0.0])[:, None]
     terms = inertia * x * xdot  # of d/dt (m v^2 + I omega^2 + J sum w^2) / 2
@@ -130,7 +144,7 @@ def test_tyres_and_drag_only_take_energy_away(car, tyre, load_transfer):
 # The modified Dugoff tyre peaks at 1.24 mu F_z with the paper's stiffness, 1.08 mu F_z with an ordinary one.
 @pytest.mark.parametrize(("tyre", "factor"), [(Dugoff(), 1.0), (ModifiedDugoff(), 1.25)], ids=["dugoff", "modified"])
 def test_tyres_together_stay_within_friction(car, tyre, factor):
-    x, u, p = random_motions(2000, seed=1)
+    x, u, p = random_motions(car, 2000, seed=1)
     xdot = four_wheel(without_drag(car), tyre).f(x, u, p).full()
     acceleration = np.hypot(xdot[3] - x[5] * x[4], xdot[4] + x[5] * x[3])
     assert acceleration.max() <= factor * car.front.mu * GRAVITY * (1.0 + 1e-9)
@@ -222,7 +236,7 @@ def test_load_transfer_gives_the_outer_wheels_more_brake_force():
 
 @pytest.mark.parametrize("load_transfer", [False, True])
 def test_axle_torque_is_shared_by_two_wheels(load_transfer):
-    x, u, p = random_motions(20)
+    x, u, p = random_motions(PASSENGER_CAR, 20)
     per_wheel = four_wheel(PASSENGER_CAR, load_transfer=load_transfer).f(x, u, p).full()
     per_axle = (
         four_wheel(PASSENGER_CAR, axle_torque=True, load_transfer=load_transfer).f(x, u * [[2.0], [1.0]], p).full()

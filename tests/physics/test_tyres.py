@@ -8,15 +8,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rumo.vehicles import PAPER_CAR, PASSENGER_CAR, Dugoff, LinearTyre, ModifiedDugoff, TyreParameters
+from rumo.vehicles import PAPER_CAR, PASSENGER_CAR, Dugoff, LinearTyre, ModifiedDugoff, SaturatingTyre, TyreParameters
 
 TYRES = {
     "linear": LinearTyre(),
     "dugoff": Dugoff(),
     "modified": ModifiedDugoff(),
     "modified_1.5": ModifiedDugoff(1.5, 1.5),
+    "saturating": SaturatingTyre(),
 }
-LIMITED = {name: tyre for name, tyre in TYRES.items() if name != "linear"}
+# Those that are linear up to a border and slide beyond.
+LIMITED = {name: tyre for name, tyre in TYRES.items() if name not in ("linear", "saturating")}
 MODIFIED = {name: tyre for name, tyre in TYRES.items() if name.startswith("modified")}
 CARS = {"paper": PAPER_CAR, "passenger": PASSENGER_CAR}
 
@@ -29,7 +31,7 @@ both_cars = pytest.mark.parametrize("car", CARS.values(), ids=CARS.keys())
 def force_and_slope(model, tyre, load):
     """Functions (sigma, tan_alpha) -> (F_x, F_y) and its Jacobian, for arrays."""
     slips = ca.SX.sym("slips", 2)
-    forces = ca.vertcat(*model.force(tyre, slips[0], slips[1], load))
+    forces = ca.vertcat(*model.force(tyre, slips[0], slips[1], load, tyre.mu))
     return ca.Function("force", [slips], [forces]), ca.Function("slope", [slips], [ca.jacobian(forces, slips)])
 
 
@@ -130,6 +132,7 @@ def test_force_and_slope_pass_the_sliding_border(model, car, angle):
         (Dugoff(), 1.0, 1.0),
         (ModifiedDugoff(), 1.27, 1.155),
         (ModifiedDugoff(1.5, 1.5), 1.5, 1.5),
+        (SaturatingTyre(), 1.0, 1.0),
     ],
     ids=TYRES.keys(),
 )
@@ -156,6 +159,7 @@ def test_stiffness_at_zero_slip(model, car, c_s, c_a):
         (ModifiedDugoff(), 1.0),
         (ModifiedDugoff(1.5, 1.5), 0.3),
         (ModifiedDugoff(1.5, 1.5), 1.0),
+        (SaturatingTyre(), 0.3),
     ],
     ids=lambda value: f"mu={value}" if isinstance(value, float) else type(value).__name__,
 )
@@ -187,7 +191,7 @@ def test_dugoff_stays_within_friction_on_a_grid(car, mu):
 )
 @settings(deadline=None, max_examples=300)
 def test_dugoff_stays_within_friction_for_any_tyre(sigma, tan_alpha, C_s, C_a, mu, load):
-    F_x, F_y = Dugoff().force(TyreParameters(C_s, C_a, mu), sigma, tan_alpha, load)
+    F_x, F_y = Dugoff().force(TyreParameters(C_s, C_a, mu), sigma, tan_alpha, load, mu)
     assert np.hypot(float(F_x), float(F_y)) <= mu * load * (1.0 + 1e-12)
     assert float(F_x) * sigma >= 0.0
     assert float(F_y) * tan_alpha >= 0.0

@@ -126,7 +126,7 @@ def test_units_are_those_of_the_model():
     log, plant = car_log(), four_wheel(PAPER_CAR)
     assert names(log, "plant_state") == list(plant.states)
     assert log["plant_state_unit"].data.tolist() == list(plant.states.units)
-    assert log["parameter_unit"].data.tolist() == ["m/s", "rad"]
+    assert log["parameter_unit"].data.tolist() == ["m/s", "rad", "1"]
 
 
 def test_horizon_is_as_long_as_the_problems():

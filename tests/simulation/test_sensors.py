@@ -14,7 +14,7 @@ from rumo.studies import PaperStudy
 from rumo.vehicles import PAPER_CAR, dynamic_bicycle, four_wheel
 
 PLANT, MODEL = as_plant(four_wheel(PAPER_CAR), 0.04), dynamic_bicycle(PAPER_CAR)
-X, U, P = np.arange(1.0, 12.0), np.zeros(2), np.zeros(2)
+X, U, P = np.arange(1.0, 12.0), np.zeros(2), np.zeros(3)
 
 
 def readings(sensors, samples=500, seed=0):

@@ -174,7 +174,8 @@ class ClosedLoop:
                     outputs=NamedArray(problem.outputs, read_only(true[1])),
                 )
                 try:
-                    state = read_only(self._driven(k, faults).advance(state, held, given))
+                    driven = self._driven(k, faults)
+                    state = read_only(driven.advance(state, held, self._driven_by(driven, given, disturbance[k])))
                 except PlantError as error:
                     raise PlantError(f"At t = {t:g} s: {error}") from None
                 if _RUNS.get(controller) is not run:
@@ -198,6 +199,13 @@ class ClosedLoop:
             if substitute is not None and k in samples:
                 driven = substitute
         return driven
+
+    def _driven_by(self, driven: Plant | ForeignPlant, given: Array, disturbance: Array) -> Array:
+        """Parameters (np_,) of what is driven: the plant's, but another's own where nothing has set them."""
+        if driven is self.plant:
+            return given
+        named = np.isin(self.plant.parameters.names, list(self.scenario.disturbances))
+        return np.where(named | (given != disturbance), given, driven.default_parameters)
 
     def _random(self) -> tuple[Array, RunningSensors]:
         """Parameters of the plant at each sample (K, np_), and sensors with their noise: all that the seed decides."""

@@ -4,7 +4,7 @@ from rumo.vehicles.bicycle import dynamic_bicycle, friction_circles
 from rumo.vehicles.errata import AsPrinted
 from rumo.vehicles.four_wheel import four_wheel
 from rumo.vehicles.parameters import PAPER_CAR, PASSENGER_CAR, TyreParameters, VehicleParameters
-from rumo.vehicles.tyres import Dugoff, LinearTyre, ModifiedDugoff
+from rumo.vehicles.tyres import Dugoff, LinearTyre, ModifiedDugoff, SaturatingTyre, Tyre
 
 __all__ = [
     "PAPER_CAR",
@@ -13,6 +13,8 @@ __all__ = [
     "Dugoff",
     "LinearTyre",
     "ModifiedDugoff",
+    "SaturatingTyre",
+    "Tyre",
     "TyreParameters",
     "VehicleParameters",
     "dynamic_bicycle",

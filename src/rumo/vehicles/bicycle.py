@@ -8,7 +8,17 @@ import casadi as ca
 
 from rumo.model import Model
 from rumo.terms import Constraint, Penalty
-from rumo.vehicles.chassis import BODY_STATES, INPUTS, WIND, WheelForces, choices, planar_motion, wheel_forces
+from rumo.vehicles.chassis import (
+    BODY_STATES,
+    INPUTS,
+    WIND,
+    WheelForces,
+    choices,
+    friction,
+    planar_motion,
+    tyre_friction,
+    wheel_forces,
+)
 from rumo.vehicles.errata import AsPrinted
 from rumo.vehicles.parameters import GRAVITY, VehicleParameters
 from rumo.vehicles.tyres import LinearTyre, Tyre
@@ -25,7 +35,7 @@ def dynamic_bicycle(
 
     States p_x, p_y [m], psi [rad], v_x, v_y [m/s], omega [rad/s], wheel speeds w_f, w_r [rad/s], steering angle
     delta [rad]; inputs torque on each rear wheel [N m] and steering_rate [rad/s]; parameters wind_speed [m/s] and
-    wind_direction [rad], where the wind blows to.
+    wind_direction [rad], where the wind blows to, and mu [1], the friction of the road.
 
     Parameters
     ----------
@@ -42,7 +52,7 @@ def dynamic_bicycle(
     share = 0.5 if axle_torque else 1.0
 
     def dynamics(x: Any, u: Any, p: Any) -> dict[str, Any]:
-        front, rear = _wheels(x, parameters, tyre, as_printed)
+        front, rear = _wheels(x, p, parameters, tyre, as_printed)
         return {
             **planar_motion(
                 x,
@@ -62,7 +72,7 @@ def dynamic_bicycle(
         states={**BODY_STATES, "w_f": "rad/s", "w_r": "rad/s", "delta": "rad"},
         inputs=INPUTS,
         dynamics=dynamics,
-        parameters=WIND,
+        parameters={**WIND, **friction(parameters)},
         name="dynamic_bicycle",
     )
 
@@ -74,7 +84,7 @@ def friction_circles(
 ) -> dict[str, Constraint]:
     """Friction circle of a front and of a rear tyre of the bicycle, `(F_x^2 + F_y^2) / (mu F_z)^2 - 1 <= 0`.
 
-    Equation (friction-circle) with linear tyre forces; for `Problem(constraints=...)`.
+    Equation (friction-circle) with linear tyre forces and the model's parameter `mu`; for `Problem(constraints=...)`.
 
     Parameters
     ----------
@@ -90,10 +100,11 @@ def friction_circles(
     def circle(axle: int) -> Any:
         tyre = (parameters.front, parameters.rear)[axle]
         load = (parameters.front_load, parameters.rear_load)[axle]
-        limit = tyre.mu * (parameters.m * GRAVITY if printed.full_weight_friction else load)
+        weight = parameters.m * GRAVITY if printed.full_weight_friction else load
 
         def expression(x: Any, u: Any, p: Any) -> Any:
-            wheel = _wheels(x, parameters, LinearTyre(), printed)[axle]
+            limit = tyre_friction(p.mu, tyre, parameters) * weight
+            wheel = _wheels(x, p, parameters, LinearTyre(), printed)[axle]
             return (wheel.F_x**2 + wheel.F_y**2) / limit**2 - 1.0
 
         return expression
@@ -102,10 +113,11 @@ def friction_circles(
 
 
 def _wheels(
-    x: Any, parameters: VehicleParameters, tyre: Tyre, as_printed: AsPrinted
+    x: Any, p: Any, parameters: VehicleParameters, tyre: Tyre, as_printed: AsPrinted
 ) -> tuple[WheelForces, WheelForces]:
     front = wheel_forces(
         x,
+        p.mu,
         (parameters.l_f, 0.0),
         ca.tan(x.delta),
         x.w_f,
@@ -117,6 +129,7 @@ def _wheels(
     )
     rear = wheel_forces(
         x,
+        p.mu,
         (-parameters.l_r, 0.0),
         0.0,
         x.w_r,

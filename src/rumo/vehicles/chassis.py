@@ -7,7 +7,7 @@ from typing import Any
 
 import casadi as ca
 
-from rumo.checks import checked
+from rumo.checks import check_signature, checked
 from rumo.errors import ArgumentError
 from rumo.model import Parameter
 from rumo.vehicles.errata import AsPrinted
@@ -18,6 +18,8 @@ BODY_STATES = {"p_x": "m", "p_y": "m", "psi": "rad", "v_x": "m/s", "v_y": "m/s",
 INPUTS = {"torque": "N m", "steering_rate": "rad/s"}
 WIND = {"wind_speed": Parameter("m/s", 0.0), "wind_direction": Parameter("rad", 0.0)}
 """Wind over ground and the direction it blows to, from the x axis."""
+LEAST_FRICTION = 1e-3
+"""Friction below this is taken for this: no tyre has a direction of force without any."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +47,25 @@ def choices(
     checked(parameters, "parameters", VehicleParameters, "Write rumo.vehicles.PAPER_CAR for the paper's.")
     if isinstance(tyre, type) or not hasattr(tyre or default, "force"):
         raise ArgumentError("tyre", repr(tyre), "a tyre such as rumo.vehicles.Dugoff()")
-    return tyre or default, checked(as_printed or AsPrinted(), "as_printed", AsPrinted)
+    model = tyre or default
+    expected = "one of (tyre, sigma, tan_alpha, F_z, mu, direction)"
+    check_signature(model.force, "tyre.force", 6, expected, "Friction is an argument: it belongs to the road.")
+    return model, checked(as_printed or AsPrinted(), "as_printed", AsPrinted)
+
+
+def friction(parameters: VehicleParameters) -> dict[str, Parameter]:
+    """Road friction `mu` as a parameter of a model; the car's own by default."""
+    return {"mu": Parameter("1", parameters.mu)}
+
+
+def tyre_friction(mu: Any, tyre: TyreParameters, parameters: VehicleParameters) -> Any:
+    """Friction of a tyre where that of the car's worse tyres is mu: the others keep their ratio to these."""
+    return ca.fmax(mu, LEAST_FRICTION) * (tyre.mu / parameters.mu)
 
 
 def wheel_forces(
     x: Any,
+    mu: Any,
     position: tuple[float, float],
     tan_delta: Any,
     wheel_speed: Any,
@@ -59,7 +75,7 @@ def wheel_forces(
     parameters: VehicleParameters,
     as_printed: AsPrinted,
 ) -> WheelForces:
-    """Force of a tyre at `position` (forward, left) from the centre of gravity [m], steered by delta."""
+    """Force of a tyre at `position` (forward, left) from the centre of gravity [m], steered by delta, on a road mu."""
     forward, left = position
     cos = 1.0 / ca.sqrt(1.0 + tan_delta**2)
     sin = tan_delta * cos
@@ -70,7 +86,7 @@ def wheel_forces(
         v_forward, v_left = x.v_x - left * x.omega, x.v_y + forward * x.omega
         v_lon, v_lat = v_forward * cos + v_left * sin, v_left * cos - v_forward * sin
         sigma, tan_alpha, direction = slip(v_lon, v_lat, wheel_speed, parameters.r, signed=signed)
-    F_x, F_y = model.force(tyre, sigma, tan_alpha, load, direction)
+    F_x, F_y = model.force(tyre, sigma, tan_alpha, load, tyre_friction(mu, tyre, parameters), direction)
     return WheelForces(F_x, F_y, F_x * cos - F_y * sin, F_x * sin + F_y * cos)
 
 

@@ -8,7 +8,7 @@ import casadi as ca
 
 from rumo.errors import ArgumentError
 from rumo.model import Model, Output
-from rumo.vehicles.chassis import BODY_STATES, INPUTS, WIND, choices, planar_motion, wheel_forces
+from rumo.vehicles.chassis import BODY_STATES, INPUTS, WIND, choices, friction, planar_motion, wheel_forces
 from rumo.vehicles.errata import AsPrinted
 from rumo.vehicles.parameters import VehicleParameters
 from rumo.vehicles.tyres import ModifiedDugoff, Tyre
@@ -74,6 +74,7 @@ def four_wheel(
         forces = {
             wheel: wheel_forces(
                 x,
+                p.mu,
                 position,
                 tan_delta.get(wheel, 0.0),
                 x[f"w_{wheel}"],
@@ -99,7 +100,7 @@ def four_wheel(
         states={**BODY_STATES, **{f"w_{wheel}": "rad/s" for wheel in WHEELS}, "delta": "rad"},
         inputs=INPUTS,
         dynamics=dynamics,
-        parameters=WIND,
+        parameters={**WIND, **friction(parameters)},
         outputs={
             "w_f": Output("rad/s", lambda x, u, p: 0.5 * (x.w_fl + x.w_fr)),
             "w_r": Output("rad/s", lambda x, u, p: 0.5 * (x.w_rl + x.w_rr)),

@@ -91,6 +91,11 @@ class VehicleParameters:
         return self.l_f + self.l_r
 
     @property
+    def mu(self) -> float:
+        """Friction that the models take the road for by default: that of the tyre that has less."""
+        return min(self.front.mu, self.rear.mu)
+
+    @property
     def front_load(self) -> float:
         """Static normal load of one front tyre [N]."""
         return 0.5 * self.m * GRAVITY * self.l_r / self.wheelbase

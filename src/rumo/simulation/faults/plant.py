@@ -44,7 +44,9 @@ class Disturbed(Fault):
 
 @dataclass(frozen=True)
 class Changed(Fault):
-    """The plant is another one for a while: another road, load or tyre. Its state is handed over as it is.
+    """The plant is another one for a while: another load or tyre. Its state is handed over as it is.
+
+    Its parameters are its own where neither a disturbance nor another fault sets them.
 
     Parameters
     ----------

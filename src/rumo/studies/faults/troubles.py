@@ -64,11 +64,6 @@ def _noisy(bad: range, drive: PaperStudy) -> Fault:
     return Noisy(bad, noise | axles, seed=drive.seed)
 
 
-def _road(**tyres: float) -> Make:
-    """Tyres, or what they drive on, are others: values of `TyreParameters` by name."""
-    return _car(front=replace(PAPER_CAR.front, **tyres), rear=replace(PAPER_CAR.rear, **tyres))
-
-
 def _car(**changes: Any) -> Make:
     car = replace(PAPER_CAR, **changes)
     return lambda bad, drive: Changed(bad, _model(car, drive.tyre, drive.as_printed, drive.axle_torque))
@@ -80,7 +75,11 @@ def _model(car: VehicleParameters, tyre: Tyre, as_printed: AsPrinted, axle_torqu
 
 
 def _stiffness(factor: float) -> Make:
-    return _road(C_s=factor * PAPER_CAR.front.C_s, C_a=factor * PAPER_CAR.front.C_a)
+    tyres = {
+        axle: replace(tyre, C_s=factor * tyre.C_s, C_a=factor * tyre.C_a)
+        for axle, tyre in (("front", PAPER_CAR.front), ("rear", PAPER_CAR.rear))
+    }
+    return _car(**tyres)
 
 
 NO_SOLUTION = {"torque": 0.0, "steering_rate": ABSURD_STEERING}
@@ -120,7 +119,7 @@ FAULTS: dict[str, Trouble] = {
     "failure": Trouble("Solver fails", _of("misinformed", applied=NO_SOLUTION)),
     "budget": Trouble("Budget of 0 iterations", _of("budget", iterations=0)),
     # The world
-    "ice": Trouble("Friction 0.3", _road(mu=ICE)),
+    "ice": Trouble("Friction 0.3", _of("disturbed", parameter="mu", value=ICE)),
     "gust": Trouble("Gust of 25 m/s", _of("disturbed", parameter="wind_speed", value=25.0)),
     "heavy": Trouble("Mass +20 %", _car(m=1.2 * PAPER_CAR.m), whole=True),
     "light": Trouble("Mass -20 %", _car(m=0.8 * PAPER_CAR.m), whole=True),

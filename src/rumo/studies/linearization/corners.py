@@ -12,7 +12,7 @@ from rumo.controllers import Controller
 from rumo.problem import Problem
 from rumo.references import Following, Road, speeds_within
 from rumo.simulation import Constant, Plant, Scenario
-from rumo.simulation.faults import Changed
+from rumo.simulation.faults import Disturbed
 from rumo.studies.linearization.drives import Drive
 from rumo.studies.paper import CLOSE_WEIGHTS
 from rumo.terms import Weight
@@ -129,20 +129,16 @@ class CornerDrive(Drive):
 
     def plant(self) -> Plant:
         """The car that is driven."""
-        return self._plant(self.car)
+        return Plant(four_wheel(self.car, self.tyre), self.sampling_time)
 
     def scenario(self, controller: str | type[Controller], problem: Problem, plant: Plant) -> Scenario:
         """One drive: `problem()` solved by a controller that drives `plant()`."""
         road, faults = self.road, ()
         if self.ice:
-            tyres = {axle: replace(getattr(self.car, axle), mu=ICE) for axle in ("front", "rear")}
             begin = road.time_at(self.place)
-            faults = (Changed((begin, begin + self.ice), self._plant(replace(self.car, **tyres))),)
+            faults = (Disturbed((begin, begin + self.ice), "mu", ICE),)
         common = super().scenario(controller, problem, plant)
         return replace(common, reference=Following(road), faults=faults, disturbances={})
-
-    def _plant(self, car: VehicleParameters) -> Plant:
-        return Plant(four_wheel(car, self.tyre), self.sampling_time)
 
 
 CORNER = CornerDrive(horizon=25, estimator=None, noise={}, wind=Constant(0.0), initial_error=0.0, tyre=Dugoff())
