@@ -53,6 +53,13 @@ def non_negative_number(value: object, argument: str) -> float:
     return number
 
 
+def share(value: object, argument: str) -> float:
+    """`value` as a float from 0 to 1; anything else raises, naming `argument`."""
+    if not _is_number(value) or not 0.0 <= value <= 1.0:
+        raise ArgumentError(argument, repr(value), "a share from 0 to 1")
+    return as_float(value)
+
+
 def finite_number(value: object, argument: str) -> float:
     """`value` as a finite float; anything else raises, naming `argument`."""
     if not _is_number(value) or not np.isfinite(as_float(value)):

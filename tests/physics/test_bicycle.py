@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from model_values import central_differences, derivative, jacobian
 
-from rumo.vehicles import PAPER_CAR, PASSENGER_CAR, dynamic_bicycle
+from rumo.vehicles import PAPER_CAR, PASSENGER_CAR, RearTorque, dynamic_bicycle
 
 CARS = {"paper": PAPER_CAR, "passenger": PASSENGER_CAR}
 both_cars = pytest.mark.parametrize("car", CARS.values(), ids=CARS.keys())
@@ -169,7 +169,7 @@ def test_position_follows_the_velocity_over_ground(psi):
 
 def test_axle_torque_is_shared_by_two_wheels():
     x = STATES["cornering"]
-    whole = derivative(dynamic_bicycle(PAPER_CAR, axle_torque=True), x, {"torque": 200.0})
+    whole = derivative(dynamic_bicycle(PAPER_CAR, drive=RearTorque(axle=True)), x, {"torque": 200.0})
     assert whole == derivative(dynamic_bicycle(PAPER_CAR), x, {"torque": 100.0})
 
 

@@ -14,6 +14,7 @@ from rumo.vehicles import (
     Dugoff,
     LinearTyre,
     ModifiedDugoff,
+    RearTorque,
     SaturatingTyre,
     dynamic_bicycle,
     four_wheel,
@@ -209,14 +210,15 @@ def test_bicycle_errs_by_the_square_of_the_track_only(car, name):
 @pytest.mark.parametrize(("v_x", "omega"), [(0.0, 0.0), (15.0, 0.3), (15.0, -0.3), (-4.0, 0.5)])
 def test_load_transfer_keeps_the_weight_and_balances_the_moments(torque, v_x, omega):
     car = PASSENGER_CAR
+    push = 2.0 * torque / car.r
     loads = {
-        name: float(load) for name, load in _loads(SimpleNamespace(v_x=v_x, omega=omega), torque, car, True).items()
+        name: float(load) for name, load in _loads(SimpleNamespace(v_x=v_x, omega=omega), push, car, True).items()
     }
     assert sum(loads.values()) == pytest.approx(car.m * GRAVITY)
     pitch = (loads["rl"] + loads["rr"]) * car.l_r - (loads["fl"] + loads["fr"]) * car.l_f
     roll = (loads["fr"] + loads["rr"] - loads["fl"] - loads["rl"]) * car.t_w
-    # Inertia at the height h tips backwards under 2 torque / r, and to the right in a left curve.
-    assert pitch == pytest.approx(car.h * 2.0 * torque / car.r, abs=1e-8)
+    # Inertia at the height h tips backwards under the push, and to the right in a left curve.
+    assert pitch == pytest.approx(car.h * push, abs=1e-8)
     assert roll == pytest.approx(car.h * car.m * v_x * omega, abs=1e-8)
 
 
@@ -239,7 +241,9 @@ def test_axle_torque_is_shared_by_two_wheels(load_transfer):
     x, u, p = random_motions(PASSENGER_CAR, 20)
     per_wheel = four_wheel(PASSENGER_CAR, load_transfer=load_transfer).f(x, u, p).full()
     per_axle = (
-        four_wheel(PASSENGER_CAR, axle_torque=True, load_transfer=load_transfer).f(x, u * [[2.0], [1.0]], p).full()
+        four_wheel(PASSENGER_CAR, drive=RearTorque(axle=True), load_transfer=load_transfer)
+        .f(x, u * [[2.0], [1.0]], p)
+        .full()
     )
     np.testing.assert_array_equal(per_axle, per_wheel)
 

@@ -9,7 +9,7 @@ import rumo
 from rumo.references import SinePath
 from rumo.studies import PaperStudy
 from rumo.studies.kpis import driving_kpis
-from rumo.vehicles import PAPER_CAR, AsPrinted, Dugoff
+from rumo.vehicles import PAPER_CAR, AsPrinted, Dugoff, RearTorque
 
 EVERY_CONTROLLER = ("rti", "nlp", "ltv")
 
@@ -101,7 +101,7 @@ def test_errata_can_be_selected_in_the_study():
         {"as_printed": AsPrinted(drag=True)},
         {"as_printed": AsPrinted(signed_slip=True)},
         {"as_printed": AsPrinted(slip_at_center=True)},
-        {"axle_torque": True},
+        {"drive": RearTorque(axle=True)},
         {"tyre": Dugoff()},
         {"delay": 0},
         {"delay": 2},

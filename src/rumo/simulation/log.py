@@ -15,7 +15,7 @@ from rumo.checks import printable
 from rumo.errors import ArgumentError
 from rumo.files import write_whole
 from rumo.signals import Array
-from rumo.simulation.variables import TEXTS, TIMES, VARIABLES
+from rumo.simulation.variables import OBSERVED, TEXTS, TIMES, VARIABLES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -140,9 +140,10 @@ def _claimed(path: str | Path) -> int:
 
 def _lack(log: xr.Dataset) -> str:
     """What a dataset lacks of a log; nothing if it is one."""
+    variables = VARIABLES | OBSERVED if "observed_state" in log.dims else VARIABLES
     for name, dims in (
         ("time", ()),
-        *((name, dims) for name, (dims, _) in VARIABLES.items()),
+        *((name, dims) for name, (dims, _) in variables.items()),
         *((t, ()) for t in TIMES),
     ):
         if name not in log.variables:

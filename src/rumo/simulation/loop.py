@@ -23,6 +23,7 @@ from rumo.signals import Array, NamedArray, Signals, read_only
 from rumo.simulation.actuators import Actuators
 from rumo.simulation.faults import Fault
 from rumo.simulation.foreign import ForeignPlant, as_plant
+from rumo.simulation.observation import Observation
 from rumo.simulation.plant import Plant
 from rumo.simulation.previews import PreviewedParameters
 from rumo.simulation.sample import Sample
@@ -58,6 +59,8 @@ class ClosedLoop:
         That controls.
     plant : Plant or ForeignPlant
         That is controlled.
+    observed : Model
+        Whose states are estimated.
     measured : Signals
         What is measured.
 
@@ -92,13 +95,15 @@ class ClosedLoop:
             plant.parameters.index(name, "disturbances")
         ages = dict(zip(model.states, problem.sensors.age.tolist(), strict=True))
         _require_same_lateness(scenario.sensors.late, _lateness(scenario.estimator, dt), ages)
-        self.measured = scenario.sensors.signals(plant, model)
+        self._observation = Observation(problem, scenario.observed)
+        self.observed = observed = self._observation.model
+        self.measured = scenario.sensors.signals(plant, observed)
         for fault in scenario.faults:
             fault.check(self.measured, model.inputs)
             fault.check_parameters(plant.parameters)
         self._substitutes = [_substitute(fault, plant, dt) for fault in scenario.faults]
         with interruptible():
-            self._states = known_observer(plant, model.states)
+            self._states = known_observer(plant, observed.states)
             self._outputs = known_observer(plant, problem.outputs)
 
     def __len__(self) -> int:
@@ -107,13 +112,14 @@ class ClosedLoop:
     def __iter__(self) -> Generator[Sample, None, None]:
         scenario, controller, plant = self.scenario, self.controller, self.plant
         problem = controller.problem
-        reference = start_reference(as_reference(scenario.reference), problem)
-        model, times = problem.model, problem.sampling_time * np.arange(len(self))
+        reference, observation = start_reference(as_reference(scenario.reference), problem), self._observation
+        seen, model, times = self.observed, problem.model, problem.sampling_time * np.arange(len(self))
         faults = [(fault, fault.samples(problem.sampling_time)) for fault in scenario.faults]
         disturbance, sensors = self._random()
         with interruptible():
             scheme = controller.transcription.discretization
-            estimator = started(scenario.estimator or Unfiltered(), problem, sensors.signals.names, scheme)
+            observing = observation.problem
+            estimator = started(scenario.estimator or Unfiltered(), observing, sensors.signals.names, scheme)
         for driven in (plant, *filter(None, self._substitutes)):
             driven.reset()
         _RUNS[controller] = run = object()
@@ -122,7 +128,7 @@ class ClosedLoop:
         columns = [plant.inputs.index(name) for name in model.inputs]
         state, held = read_only(self._x), np.zeros(len(plant.inputs))
         held[columns] = controller.applied[0]
-        readings, last = list[Array](), read_only(np.full(len(model.states), np.nan))
+        readings, last = list[Array](), read_only(np.full(len(seen.states), np.nan))
         previewed, parameters = PreviewedParameters(controller), problem.parameters[0]
         gc.collect()  # what the set-up left behind would otherwise be collected, and counted, within a step
         try:
@@ -136,13 +142,15 @@ class ClosedLoop:
                     said = fault.sense(received.copy(), readings, before, sensors.signals)
                     received = sensors.signals.vector(said, f"{type(fault).__name__}.sense()")
                 received = read_only(received)
-                true = self._states(state, held, given), self._outputs(state, held, given)
+                true = NamedArray(seen.states, read_only(self._states(state, held, given)))
+                outputs = self._outputs(state, held, given)
 
-                estimate = as_estimate(estimator.update(received.copy(), actuators.believed, parameters), model)
-                x = estimate.x
-                last = x if np.isfinite(x).all() else last
-                preview = _preview(reference, t + problem.times, NamedArray(model.states, last))
-                previewed.look({**estimate.parameters, **preview.parameters})
+                known = observation.parameters(parameters)
+                estimate = as_estimate(estimator.update(received.copy(), actuators.believed, known), seen)
+                last = estimate.x if np.isfinite(estimate.x).all() else last
+                preview = _preview(reference, t + problem.times, NamedArray(seen.states, last))
+                previewed.look({**observation.estimated_parameters(estimate), **preview.parameters})
+                x = read_only(observation.told(NamedArray(seen.states, estimate.x), reference))
                 numbers = controller.problem.numbers
                 parameters = numbers.parameters[0]
                 # With a delay, what arrives now was decided before; without, it is what is computed now.
@@ -163,6 +171,7 @@ class ClosedLoop:
                     measured=NamedArray(sensors.signals, measured),
                     received=NamedArray(sensors.signals, received),
                     estimated=NamedArray(model.states, x),
+                    observed=NamedArray(seen.states, estimate.x),
                     estimate=estimate,
                     preview=preview,
                     reference=NamedArray(problem.outputs, read_only(_now(preview, problem.outputs))),
@@ -170,8 +179,9 @@ class ClosedLoop:
                     plan=plan,
                     applied=NamedArray(model.inputs, read_only(held[columns])),
                     disturbance=NamedArray(plant.parameters, given),
-                    states=NamedArray(model.states, read_only(true[0])),
-                    outputs=NamedArray(problem.outputs, read_only(true[1])),
+                    states=NamedArray(model.states, read_only(observation.told(true, reference))),
+                    outputs=NamedArray(problem.outputs, read_only(outputs)),
+                    true=true,
                 )
                 try:
                     driven = self._driven(k, faults)

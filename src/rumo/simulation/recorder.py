@@ -21,7 +21,7 @@ from rumo.simulation.foreign import ForeignPlant, PlantLike, as_plant
 from rumo.simulation.plant import Plant
 from rumo.simulation.rows import of_innovation, of_plan
 from rumo.simulation.sample import Sample
-from rumo.simulation.variables import OTHERS, RESCUED, TEXTS, TIMES, UNITLESS, VARIABLES
+from rumo.simulation.variables import OBSERVED, OTHERS, RESCUED, TEXTS, TIMES, UNITLESS, VARIABLES
 from rumo.version import __version__
 
 if TYPE_CHECKING:
@@ -39,6 +39,8 @@ class Recorder:
         Names the plant's states and parameters; there are none without one.
     measured : Signals, or mapping of str to str, optional
         What is measured, and in which unit; the states of the controller's model if not given.
+    observed : Model, optional
+        Whose states are estimated, if not the controller's model.
     seed : int
         Of the run.
     """
@@ -49,6 +51,7 @@ class Recorder:
         plant: Model | Plant | ForeignPlant | PlantLike | str | None = None,
         *,
         measured: Signals | Mapping[str, str] | None = None,
+        observed: Model | None = None,
         seed: int = 0,
     ) -> None:
         self._controller = checked(controller, "controller", Controller)
@@ -72,6 +75,10 @@ class Recorder:
             "measured_output": Signals(further, "measured outputs"),
             "model_parameter": model.parameters,
         }
+        self._variables = VARIABLES
+        if observed is not None:
+            self._variables = VARIABLES | OBSERVED
+            self._signals["observed_state"] = observed.states
         self._rows: list[dict[str, Any]] = []
 
     def add(
@@ -115,7 +122,7 @@ class Recorder:
         if plan is not None:
             checked(plan, "plan", Plan, "It is what controller.step(...) returns.")
         for name in others:
-            if name not in OTHERS:
+            if name not in OTHERS or (name in OBSERVED and name not in self._variables):
                 known = ("measured", "estimated", "applied", "reference", *OTHERS)
                 raise UnknownNameError("Recorder.add", name, known)
         said = self._vector(self._measured, measured, "measured")
@@ -139,9 +146,9 @@ class Recorder:
         others |= of_innovation(others.pop("innovation", None))
         row["nis"] = others.pop("nis", None)
         for name, values in others.items():
-            row[name] = self._vector(signals[VARIABLES[name][0][-1]], values, name)
+            row[name] = self._vector(signals[self._variables[name][0][-1]], values, name)
         row |= of_plan(plan) | dict(zip(("health", "symptom"), self._symptoms(plan), strict=True))
-        for name, (dims, _) in VARIABLES.items():
+        for name, (dims, _) in self._variables.items():
             if name not in TEXTS:
                 row[name] = self._copied(name, dims, row.get(name))
         self._rows.append(row)
@@ -149,6 +156,13 @@ class Recorder:
     def record(self, sample: Sample) -> None:
         """Record a sample of a `ClosedLoop`."""
         covariance, estimate = sample.covariance, sample.estimate
+        deviations = None
+        if covariance is not None:
+            deviations = dict(zip(sample.observed.signals, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+        others: dict[str, Any] = {}
+        if "observed" in self._variables:
+            others = {"observed": sample.observed, "observed_deviation": deviations, "true_observed": sample.true}
+            deviations = deviations and {n: v for n, v in deviations.items() if n in self._signals["state"]}
         self.add(
             sample.plan,
             time=sample.time,
@@ -160,12 +174,15 @@ class Recorder:
             plant=sample.plant,
             disturbance=sample.disturbance,
             parameters=sample.parameters,
-            estimated_deviation=None if covariance is None else np.sqrt(np.diag(covariance)),
-            estimated_parameters=estimate.parameters,
+            estimated_deviation=deviations,
+            estimated_parameters={
+                n: v for n, v in estimate.parameters.items() if n in self._signals["model_parameter"]
+            },
             estimated_biases=estimate.biases,
             innovation=estimate.innovation,
             true_states=sample.states,
             true_outputs=sample.outputs,
+            **others,
         )
         self._rows[-1]["numbers"] = sample.numbers
 
@@ -176,13 +193,14 @@ class Recorder:
         problem = self._controller.problem
         model = problem.model
         columns = {
-            name: self._column(name, dims, str if name in TEXTS else float) for name, (dims, _) in VARIABLES.items()
+            name: self._column(name, dims, str if name in TEXTS else float)
+            for name, (dims, _) in self._variables.items()
         }
         with interruptible():
             self._complete(columns)
             limits = limits_at(problem, [row["numbers"] for row in self._rows])
         data: dict[str, Any] = {}
-        for name, (dims, meaning) in VARIABLES.items():
+        for name, (dims, meaning) in self._variables.items():
             attributes = {"long_name": meaning}
             if name in UNITLESS or (dims and name not in TEXTS):
                 attributes["units"] = "1" if name in UNITLESS else _unit_list(self._signals[dims[-1]])

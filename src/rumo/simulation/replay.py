@@ -10,7 +10,7 @@ import numpy as np
 from rumo.errors import ArgumentError
 from rumo.problem import Problem
 from rumo.references import ReferenceLike, as_reference, start_reference
-from rumo.signals import Array, NamedArray
+from rumo.signals import Array, NamedArray, Signals
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -65,9 +65,12 @@ def recorded(problem: Problem, log: xr.Dataset, reference: ReferenceLike) -> Rec
         raise ArgumentError("log", f"{log.sizes['time']} samples", f"at least {first + decided}, with this delay")
     follow = start_reference(as_reference(reference), problem)
     states, times = log["estimated"].to_numpy(), log["time"].to_numpy()
+    seen, names = states, problem.model.states
+    if "observed" in log:
+        units = dict(zip(log["observed_state"].to_numpy(), log["observed_state_unit"].to_numpy(), strict=True))
+        seen, names = log["observed"].to_numpy(), Signals({str(n): str(u) for n, u in units.items()}, "observed")
     windows = [
-        follow.preview(times[k] + problem.times, NamedArray(problem.model.states, states[k])).signals
-        for k in range(samples[-1] + 1)
+        follow.preview(times[k] + problem.times, NamedArray(names, seen[k])).signals for k in range(samples[-1] + 1)
     ][first:]
     shape, inputs = (len(samples), len(problem.times)), log["applied"].to_numpy()
     outputs = [

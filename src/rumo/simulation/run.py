@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 def record(loop: ClosedLoop, progress: Callable[[int, int], None] | None = None) -> xr.Dataset:
     """Run a loop to its end and return the log, see `Scenario.run`."""
-    recorder = Recorder(loop.controller, loop.plant, measured=loop.measured, seed=loop.scenario.seed)
+    recorder = Recorder(
+        loop.controller, loop.plant, measured=loop.measured, observed=loop.scenario.observed, seed=loop.scenario.seed
+    )
     try:
         with closing(iter(loop)) as samples:
             for sample in samples:

@@ -31,6 +31,8 @@ class Sample:
         What of it arrives: the same, but for faults.
     estimated : NamedArray
         State that the controller is told.
+    observed : NamedArray
+        Estimated state of the observed model: the same, unless the scenario has a model of its own for that.
     estimate : Estimate
         All that the estimator says.
     preview : Preview
@@ -48,6 +50,8 @@ class Sample:
     states, outputs : NamedArray
         True states of the controller's model, and true tracked outputs, where the plant has signals of these names;
         else NaN.
+    true : NamedArray
+        True state of the observed model.
     """
 
     index: int
@@ -56,6 +60,7 @@ class Sample:
     measured: NamedArray[float]
     received: NamedArray[float]
     estimated: NamedArray[float]
+    observed: NamedArray[float]
     estimate: Estimate
     preview: Preview
     reference: NamedArray[float]
@@ -65,10 +70,11 @@ class Sample:
     disturbance: NamedArray[float]
     states: NamedArray[float]
     outputs: NamedArray[float]
+    true: NamedArray[float]
 
     @property
     def covariance(self) -> Array | None:
-        """Of the estimate's error (nx, nx), where the estimator knows."""
+        """Of the estimate's error, that of the observed state, where the estimator knows."""
         return self.estimate.covariance
 
     @property

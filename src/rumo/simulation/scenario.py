@@ -68,6 +68,9 @@ class Scenario:
         What is measured, and how well; the controller's states, exactly, if not given.
     estimator : Estimator, optional
         From measurements to the state that the controller is told; measured states pass unchanged without one.
+    observed : Model, optional
+        Whose states are measured and estimated, if not the controller's model: one of the same inputs. The reference
+        says what they mean for the controller, by `locate`: where a car at p_x, p_y is beside a path.
     disturbances : mapping of str to Disturbance
         Parameters of the plant that vary with time, such as the wind.
     faults : tuple of Fault
@@ -93,6 +96,7 @@ class Scenario:
     applied: Mapping[str, float] | ArrayLike | None = None
     sensors: Sensors = field(default_factory=Sensors)
     estimator: Estimator | None = None
+    observed: Model | None = None
     disturbances: Mapping[str, Disturbance] = field(default_factory=dict[str, Disturbance])
     faults: Sequence[Fault] = ()
     seed: int = 0
@@ -110,6 +114,8 @@ class Scenario:
         checked(self.sensors, "sensors", Sensors)
         if self.estimator is not None:
             check_estimator(self.estimator)
+        if self.observed is not None:
+            checked(self.observed, "observed", Model)
         disturbances = as_mapping(self.disturbances, "disturbances")
         for name, disturbance in disturbances.items():
             check_disturbance(disturbance, f"disturbances[{name!r}]")
@@ -169,7 +175,8 @@ class Scenario:
     def _check_faults(self) -> None:
         """Raise for a fault of a signal that there is not."""
         model = self.problem.model
-        measured = Signals(dict.fromkeys(self.sensors.names(model), "as the plant says"), "measured")
+        seen = self.observed or model
+        measured = Signals(dict.fromkeys(self.sensors.names(seen), "as the plant says"), "measured")
         for fault in self.faults:
             fault.check(measured, model.inputs)
 

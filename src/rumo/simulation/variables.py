@@ -44,6 +44,12 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "parameters": (("interval", "model_parameter"), "parameters of the controller's model, as it believes"),
 }
 """Dimensions after time, and meaning."""
+OBSERVED: dict[str, tuple[tuple[str, ...], str]] = {
+    "observed": (("observed_state",), "estimated states of the observed model"),
+    "observed_deviation": (("observed_state",), "their standard deviation"),
+    "true_observed": (("observed_state",), "states of the observed model, of the plant"),
+}
+"""Further ones, where the observed model is not the controller's."""
 TEXTS = ("status", "cause", "symptom")
 """Of these: no numbers."""
 UNITLESS = ("health", "innovation_used", "nis")
@@ -59,6 +65,9 @@ OTHERS = (
     "estimated_parameters",
     "estimated_biases",
     "innovation",
+    "observed",
+    "observed_deviation",
+    "true_observed",
     "true_states",
     "true_outputs",
 )

@@ -10,7 +10,6 @@ from rumo.model import Model
 from rumo.terms import Constraint, Penalty
 from rumo.vehicles.chassis import (
     BODY_STATES,
-    INPUTS,
     WIND,
     WheelForces,
     choices,
@@ -19,9 +18,15 @@ from rumo.vehicles.chassis import (
     tyre_friction,
     wheel_forces,
 )
+from rumo.vehicles.commands import REAR_TORQUE, STEERING_RATE, Drive, Steering, check_commands
+from rumo.vehicles.drivetrain import held
 from rumo.vehicles.errata import AsPrinted
+from rumo.vehicles.motion import MOTION
 from rumo.vehicles.parameters import GRAVITY, VehicleParameters
 from rumo.vehicles.tyres import LinearTyre, Tyre
+
+AXLES = ("f", "r")
+"""Its wheels, each of which stands for the two of an axle."""
 
 
 def dynamic_bicycle(
@@ -29,7 +34,8 @@ def dynamic_bicycle(
     tyre: Tyre | None = None,
     as_printed: AsPrinted | None = None,
     *,
-    axle_torque: bool = False,
+    drive: Drive = REAR_TORQUE,
+    steering: Steering = STEERING_RATE,
 ) -> Model:
     """Dynamic bicycle with 9 states: equations (bicycle-dynamics) and (bicycle-wheels-dynamics).
 
@@ -45,14 +51,16 @@ def dynamic_bicycle(
         Linear if not given.
     as_printed : AsPrinted, optional
         Equations to take as the paper prints them.
-    axle_torque : bool
-        The torque is that of the rear axle, shared by its wheels.
+    drive, steering : Drive, Steering
+        What the car is told; the torque on each rear wheel and a steering rate if not given.
     """
     tyre, as_printed = choices(parameters, tyre, as_printed, LinearTyre())
-    share = 0.5 if axle_torque else 1.0
+    check_commands(drive, steering)
 
     def dynamics(x: Any, u: Any, p: Any) -> dict[str, Any]:
-        front, rear = _wheels(x, p, parameters, tyre, as_printed)
+        front, rear = _wheels(x, p, steering.angle(x, u), parameters, tyre, as_printed)
+        torques = drive.torques(x, u, AXLES, parameters)
+        on_front, on_rear = held(torques["f"], x.w_f, x.v_x, parameters), held(torques["r"], x.w_r, x.v_x, parameters)
         return {
             **planar_motion(
                 x,
@@ -63,16 +71,17 @@ def dynamic_bicycle(
                 parameters,
                 as_printed,
             ),
-            "w_f": -parameters.r * front.F_x / parameters.J,
-            "w_r": (share * u.torque - parameters.r * rear.F_x) / parameters.J,
-            "delta": u.steering_rate,
+            "w_f": (on_front - parameters.r * front.F_x) / parameters.J,
+            "w_r": (on_rear - parameters.r * rear.F_x) / parameters.J,
+            **steering.rates(u),
         }
 
     return Model(
-        states={**BODY_STATES, "w_f": "rad/s", "w_r": "rad/s", "delta": "rad"},
-        inputs=INPUTS,
+        states={**BODY_STATES, "w_f": "rad/s", "w_r": "rad/s", **steering.states},
+        inputs={**drive.inputs(AXLES), **steering.inputs},
         dynamics=dynamics,
         parameters={**WIND, **friction(parameters)},
+        outputs=MOTION,
         name="dynamic_bicycle",
     )
 
@@ -81,6 +90,8 @@ def friction_circles(
     parameters: VehicleParameters,
     penalty: Penalty | None = Penalty(1.0),  # noqa: B008 -- immutable
     as_printed: AsPrinted | None = None,
+    *,
+    steering: Steering = STEERING_RATE,
 ) -> dict[str, Constraint]:
     """Friction circle of a front and of a rear tyre of the bicycle, `(F_x^2 + F_y^2) / (mu F_z)^2 - 1 <= 0`.
 
@@ -94,6 +105,8 @@ def friction_circles(
         Soft by default; None makes the circles hard.
     as_printed : AsPrinted, optional
         With `full_weight_friction`, the limit of one tyre is that of the whole car.
+    steering : Steering
+        That of the model.
     """
     _, printed = choices(parameters, None, as_printed, LinearTyre())
 
@@ -104,7 +117,7 @@ def friction_circles(
 
         def expression(x: Any, u: Any, p: Any) -> Any:
             limit = tyre_friction(p.mu, tyre, parameters) * weight
-            wheel = _wheels(x, p, parameters, LinearTyre(), printed)[axle]
+            wheel = _wheels(x, p, steering.angle(x, u), parameters, LinearTyre(), printed)[axle]
             return (wheel.F_x**2 + wheel.F_y**2) / limit**2 - 1.0
 
         return expression
@@ -113,13 +126,13 @@ def friction_circles(
 
 
 def _wheels(
-    x: Any, p: Any, parameters: VehicleParameters, tyre: Tyre, as_printed: AsPrinted
+    x: Any, p: Any, delta: Any, parameters: VehicleParameters, tyre: Tyre, as_printed: AsPrinted
 ) -> tuple[WheelForces, WheelForces]:
     front = wheel_forces(
         x,
         p.mu,
         (parameters.l_f, 0.0),
-        ca.tan(x.delta),
+        ca.tan(delta),
         x.w_f,
         parameters.front_load,
         parameters.front,

@@ -15,7 +15,6 @@ from rumo.vehicles.parameters import TyreParameters, VehicleParameters
 from rumo.vehicles.tyres import Tyre, slip
 
 BODY_STATES = {"p_x": "m", "p_y": "m", "psi": "rad", "v_x": "m/s", "v_y": "m/s", "omega": "rad/s"}
-INPUTS = {"torque": "N m", "steering_rate": "rad/s"}
 WIND = {"wind_speed": Parameter("m/s", 0.0), "wind_direction": Parameter("rad", 0.0)}
 """Wind over ground and the direction it blows to, from the x axis."""
 LEAST_FRICTION = 1e-3

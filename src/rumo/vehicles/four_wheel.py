@@ -8,8 +8,11 @@ import casadi as ca
 
 from rumo.errors import ArgumentError
 from rumo.model import Model, Output
-from rumo.vehicles.chassis import BODY_STATES, INPUTS, WIND, choices, friction, planar_motion, wheel_forces
+from rumo.vehicles.chassis import BODY_STATES, WIND, choices, friction, planar_motion, wheel_forces
+from rumo.vehicles.commands import REAR_TORQUE, STEERING_RATE, Drive, Steering, check_commands
+from rumo.vehicles.drivetrain import held
 from rumo.vehicles.errata import AsPrinted
+from rumo.vehicles.motion import MOTION
 from rumo.vehicles.parameters import VehicleParameters
 from rumo.vehicles.tyres import ModifiedDugoff, Tyre
 
@@ -23,7 +26,8 @@ def four_wheel(
     tyre: Tyre | None = None,
     as_printed: AsPrinted | None = None,
     *,
-    axle_torque: bool = False,
+    drive: Drive = REAR_TORQUE,
+    steering: Steering = STEERING_RATE,
     load_transfer: bool = False,
 ) -> Model:
     """Four-wheel car with 11 states: equations (vehicle-dynamics), (wheels-dynamics) and (steering-dynamics).
@@ -39,11 +43,11 @@ def four_wheel(
         Modified Dugoff if not given.
     as_printed : AsPrinted, optional
         Equations to take as the paper prints them.
-    axle_torque : bool
-        The torque is that of the rear axle, shared by its wheels.
+    drive, steering : Drive, Steering
+        What the car is told; the torque on each rear wheel and a steering rate if not given.
     load_transfer : bool
-        Normal loads follow the quasi-static accelerations `2 torque / (r m)` and `v_x omega` by the height of the
-        centre of gravity; static otherwise.
+        Normal loads follow the quasi-static accelerations, what the wheels' torques would give along the car and
+        `v_x omega` across it, by the height of the centre of gravity; static otherwise.
 
     Raises
     ------
@@ -51,6 +55,7 @@ def four_wheel(
         If the load is to be transferred and the height h of the centre of gravity is 0.
     """
     tyre, as_printed = choices(parameters, tyre, as_printed, ModifiedDugoff())
+    check_commands(drive, steering)
     if load_transfer and parameters.h <= 0.0:
         raise ArgumentError(
             "load_transfer",
@@ -59,7 +64,6 @@ def four_wheel(
             "Give the parameters a height h: dataclasses.replace(parameters, h=0.5).",
         )
     par = parameters
-    share = 0.5 if axle_torque else 1.0
     positions = {
         "fl": (par.l_f, par.t_w),
         "fr": (par.l_f, -par.t_w),
@@ -68,9 +72,9 @@ def four_wheel(
     }
 
     def dynamics(x: Any, u: Any, p: Any) -> dict[str, Any]:
-        torque = share * u.torque
-        tan_delta = _ackermann(x.delta, par)
-        loads = _loads(x, torque, par, load_transfer)
+        torques = drive.torques(x, u, WHEELS, par)
+        tan_delta = _ackermann(steering.angle(x, u), par)
+        loads = _loads(x, sum(torques.values()) / par.r, par, load_transfer)
         forces = {
             wheel: wheel_forces(
                 x,
@@ -89,21 +93,22 @@ def four_wheel(
         X = sum(force.X for force in forces.values())
         Y = sum(force.Y for force in forces.values())
         moment = sum(forward * forces[wheel].Y - left * forces[wheel].X for wheel, (forward, left) in positions.items())
-        drive = {"fl": 0.0, "fr": 0.0, "rl": torque, "rr": torque}
+        on_wheels = {wheel: held(torque, x[f"w_{wheel}"], x.v_x, par) for wheel, torque in torques.items()}
         return {
             **planar_motion(x, p, X, Y, moment, par, as_printed),
-            **{f"w_{wheel}": (drive[wheel] - par.r * forces[wheel].F_x) / par.J for wheel in WHEELS},
-            "delta": u.steering_rate,
+            **{f"w_{wheel}": (on_wheels[wheel] - par.r * forces[wheel].F_x) / par.J for wheel in WHEELS},
+            **steering.rates(u),
         }
 
     return Model(
-        states={**BODY_STATES, **{f"w_{wheel}": "rad/s" for wheel in WHEELS}, "delta": "rad"},
-        inputs=INPUTS,
+        states={**BODY_STATES, **{f"w_{wheel}": "rad/s" for wheel in WHEELS}, **steering.states},
+        inputs={**drive.inputs(WHEELS), **steering.inputs},
         dynamics=dynamics,
-        parameters={**WIND, **friction(parameters)},
+        parameters={**WIND, **friction(par)},
         outputs={
             "w_f": Output("rad/s", lambda x, u, p: 0.5 * (x.w_fl + x.w_fr)),
             "w_r": Output("rad/s", lambda x, u, p: 0.5 * (x.w_rl + x.w_rr)),
+            **MOTION,
         },
         name="four_wheel",
     )
@@ -115,12 +120,12 @@ def _ackermann(delta: Any, par: VehicleParameters) -> dict[str, Any]:
     return {"fl": L * t / (L - par.t_w * t), "fr": L * t / (L + par.t_w * t)}
 
 
-def _loads(x: Any, torque: Any, par: VehicleParameters, transfer: bool) -> dict[str, Any]:
-    """Normal load of each tyre [N]."""
+def _loads(x: Any, push: Any, par: VehicleParameters, transfer: bool) -> dict[str, Any]:
+    """Normal load of each tyre [N], while a force pushes the car forward [N]."""
     front, rear = par.front_load, par.rear_load
     if not transfer:
         return {"fl": front, "fr": front, "rl": rear, "rr": rear}
-    to_rear = 0.5 * par.h / par.wheelbase * (2.0 * torque / par.r)
+    to_rear = 0.5 * par.h / par.wheelbase * push
     to_right = par.m * par.h / (2.0 * par.t_w) * x.v_x * x.omega
     front_share, rear_share = par.l_r / par.wheelbase, par.l_f / par.wheelbase
     loads = {

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from rumo.checks import checked, non_negative_number, positive_number
+from rumo.checks import checked, non_negative_number, positive_number, share
 from rumo.signals import Array
 
 GRAVITY = 9.81
@@ -60,6 +60,10 @@ class VehicleParameters:
         A front and a rear tyre.
     h : float
         Height of the centre of gravity [m]; 0 keeps the normal loads static.
+    drive_front : float
+        Share of a driving torque that the front axle gets.
+    brake_front : float, optional
+        The same of a braking torque; None for a car without brakes, whose motor brakes the axles that it drives.
     """
 
     m: float
@@ -74,6 +78,8 @@ class VehicleParameters:
     front: TyreParameters
     rear: TyreParameters
     h: float = field(default=0.0)
+    drive_front: float = 0.0
+    brake_front: float | None = None
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -82,6 +88,10 @@ class VehicleParameters:
                 checked(value, name, TyreParameters)
             elif item.name in ("h", "b_lon", "b_lat"):
                 non_negative_number(value, name)
+            elif item.name == "drive_front" or (item.name == "brake_front" and value is not None):
+                share(value, name)
+            elif item.name == "brake_front":
+                continue
             else:
                 positive_number(value, name)
 

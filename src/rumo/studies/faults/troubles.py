@@ -14,6 +14,7 @@ from rumo.simulation.faults import Changed, Drift, Fault, Noisy, make_fault
 from rumo.studies.paper import PaperStudy
 from rumo.vehicles import PAPER_CAR, AsPrinted, VehicleParameters, four_wheel
 from rumo.vehicles.chassis import BODY_STATES
+from rumo.vehicles.commands import Drive
 from rumo.vehicles.tyres import Tyre
 
 ABSURD_STEERING = 100.0
@@ -66,12 +67,12 @@ def _noisy(bad: range, drive: PaperStudy) -> Fault:
 
 def _car(**changes: Any) -> Make:
     car = replace(PAPER_CAR, **changes)
-    return lambda bad, drive: Changed(bad, _model(car, drive.tyre, drive.as_printed, drive.axle_torque))
+    return lambda bad, drive: Changed(bad, _model(car, drive.tyre, drive.as_printed, drive.drive))
 
 
 @lru_cache(maxsize=16)
-def _model(car: VehicleParameters, tyre: Tyre, as_printed: AsPrinted, axle_torque: bool) -> Model:
-    return four_wheel(car, tyre, as_printed, axle_torque=axle_torque)
+def _model(car: VehicleParameters, tyre: Tyre, as_printed: AsPrinted, drive: Drive) -> Model:
+    return four_wheel(car, tyre, as_printed, drive=drive)
 
 
 def _stiffness(factor: float) -> Make:

@@ -17,7 +17,7 @@ from rumo.studies.linearization.drives import Drive
 from rumo.studies.paper import CLOSE_WEIGHTS
 from rumo.terms import Weight
 from rumo.vehicles import PASSENGER_CAR, Dugoff, VehicleParameters, dynamic_bicycle, four_wheel, friction_circles
-from rumo.vehicles.chassis import BODY_STATES, INPUTS
+from rumo.vehicles.chassis import BODY_STATES
 from rumo.vehicles.four_wheel import WHEELS
 from rumo.vehicles.parameters import GRAVITY
 
@@ -111,7 +111,7 @@ class CornerDrive(Drive):
             horizon=self.horizon,
             sampling_time=self.sampling_time,
             track=self.weights or WEIGHTS,
-            moves={name: Weight(5.0, range=2.0 * largest[name]) for name in INPUTS},
+            moves={name: Weight(5.0, range=2.0 * largest[name]) for name in ("torque", "steering_rate")},
             bounds={name: (-bound, bound) for name, bound in largest.items()},
             constraints=friction_circles(self.car, self.penalty),
             delay=self.delay,

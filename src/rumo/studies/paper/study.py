@@ -23,6 +23,7 @@ from rumo.studies.paper.report import claims, sections
 from rumo.terms import Penalty, Weight
 from rumo.vehicles import PAPER_CAR, AsPrinted, ModifiedDugoff, dynamic_bicycle, four_wheel, friction_circles
 from rumo.vehicles.chassis import BODY_STATES
+from rumo.vehicles.commands import REAR_TORQUE, Drive
 from rumo.vehicles.four_wheel import WHEELS
 from rumo.vehicles.tyres import Tyre
 
@@ -118,8 +119,8 @@ class PaperStudy(Study):
         Distance from the first point of the reference in p_y [m].
     as_printed : AsPrinted
         Equations to take as the paper prints them, in prediction and plant alike.
-    axle_torque : bool
-        The torque is that of the rear axle, not of each wheel.
+    drive : Drive
+        What the car is told along its way: the torque of each rear wheel, as in the paper, or of their axle.
     tyre : Tyre
         Of the plant.
 
@@ -145,7 +146,7 @@ class PaperStudy(Study):
     wind: Disturbance = WIND
     initial_error: float = 1.0
     as_printed: AsPrinted = CORRECTED
-    axle_torque: bool = False
+    drive: Drive = REAR_TORQUE
     tyre: Tyre = TYRE
 
     def __post_init__(self) -> None:
@@ -156,7 +157,7 @@ class PaperStudy(Study):
     def problem(self) -> Problem:
         """The optimal control problem that every controller solves."""
         return Problem(
-            dynamic_bicycle(PAPER_CAR, as_printed=self.as_printed, axle_torque=self.axle_torque),
+            dynamic_bicycle(PAPER_CAR, as_printed=self.as_printed, drive=self.drive),
             horizon=self.horizon,
             sampling_time=self.sampling_time,
             track=self.weights or paper_weights(self.path),
@@ -212,7 +213,7 @@ class PaperStudy(Study):
 
     def plant(self) -> Plant:
         """The car that is driven."""
-        model = four_wheel(PAPER_CAR, self.tyre, self.as_printed, axle_torque=self.axle_torque)
+        model = four_wheel(PAPER_CAR, self.tyre, self.as_printed, drive=self.drive)
         return Plant(model, self.sampling_time)
 
     def scenario(self, controller: str | type[Controller], problem: Problem, plant: Plant) -> Scenario:
