@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from rumo.errors import (
         ArgumentError,
         CallOrderError,
+        FileError,
         ForkedError,
         FrozenError,
         PlantError,
@@ -80,6 +81,7 @@ __all__ = [
     "Discretization",
     "ExplicitEuler",
     "ExtendedKalman",
+    "FileError",
     "ForkedError",
     "FrozenError",
     "Gauss2",

@@ -44,6 +44,24 @@ class ShapeError(ArgumentError):
     """An array has the wrong shape or a sequence the wrong length."""
 
 
+class FileError(ArgumentError):
+    """A file does not hold what it should.
+
+    Parameters
+    ----------
+    file : path
+        Which file.
+    line : int or None
+        Where in it, counted from 1; None if it is about all of it.
+    got, expected, cure : str
+        As of `ArgumentError`.
+    """
+
+    def __init__(self, file: object, line: int | None, got: str, expected: str, cure: str = "") -> None:
+        self.file, self.line = str(file), line
+        super().__init__(f"{file}, line {line}" if line else f"{file}", got, expected, cure)
+
+
 class UnknownNameError(ArgumentError):
     """A name that nothing answers to."""
 

@@ -83,6 +83,14 @@ def test_a_crossing_is_passed_on_the_own_branch():
     assert EIGHT.turning == 0.0
 
 
+def test_headings_decide_at_a_crossing():
+    for s in (0.0, 0.5 * EIGHT.length):
+        heading = float(EIGHT.at(s).heading)
+        for aside in (-0.5, 0.0, 0.5):
+            found = EIGHT.project(EIGHT.offset(s, aside), heading=heading + 0.3 + 4.0 * np.pi)
+            assert (found - s + 1.0) % EIGHT.length - 1.0 == pytest.approx(0.0, abs=1e-6)
+
+
 def test_beyond_the_ends_of_an_open_path():
     path = Path([(0.0, 0.0), (5.0, 0.0), (10.0, 0.0)])
     for near in (None, -40.0):

@@ -22,6 +22,11 @@ from rumo.signals import Array, NamedArray, Signals
 if TYPE_CHECKING:
     from rumo.problem import Problem
 
+FASTEST = 10.0
+"""Acceleration that tyres on a dry road hold [m/s^2]."""
+SLOWER = 1.0
+"""How much slower than the profile a vehicle is that has to catch up [m/s]."""
+MOMENTS = np.linspace(0.0, 1.0, 101)
 WINDOW = 5.0
 """How far a vehicle may be from where it was expected to get to [m]."""
 OTHER_WAY = 1.25 * pi
@@ -33,7 +38,8 @@ not change sides back and forth."""
 class PathTracking:
     """A path at speeds that belong to places: the part ahead of the vehicle's progress, at the profile's speeds.
 
-    The nearest point is looked for all over the path at the first preview, then near where the vehicle has to be by
+    The nearest point is looked for all over the path at the first preview, where a crossing goes by the state psi; then
+    near where the vehicle has to be by
     now, so that a path may cross itself, and laps are counted. From there the profile says how progress goes on.
 
     Each run asks `start` for a state of its own; `preview` of the settings themselves is the first preview of a run.
@@ -60,6 +66,9 @@ class PathTracking:
         half of the smallest loop.
     begin : float, optional
         Arc length near which it is at first [m], if the nearest point of all may be the wrong one.
+    acceleration : float
+        With which a vehicle whose state v_x is slower than the profile is to catch up, at most [m/s^2]: a place that
+        it cannot reach would lead it across the inside of bends.
     """
 
     path: Path
@@ -72,6 +81,7 @@ class PathTracking:
     position: tuple[str, str] = ("p_x", "p_y")
     window: float = WINDOW
     begin: float | None = None
+    acceleration: float = FASTEST
 
     def __post_init__(self) -> None:
         check_on(checked(self.path, "path", Path), checked(self.profile, "profile", SpeedProfile))
@@ -84,6 +94,7 @@ class PathTracking:
         if len(as_names(self.position, "position")) != 2:
             raise ArgumentError("position", repr(self.position), 'two names such as ("p_x", "p_y")')
         positive_number(self.window, "window")
+        positive_number(self.acceleration, "acceleration")
         if self.begin is not None:
             finite_number(self.begin, "begin")
 
@@ -128,6 +139,7 @@ class RunningPathTracking:
         self._now = self._speed = 0.0
         self._psi, self._turns = np.nan, 0
         self._at: list[int] = []
+        self._v_x: int | None = None
 
     @property
     def lap(self) -> int:
@@ -139,12 +151,13 @@ class RunningPathTracking:
         if x.signals is not self._signals:
             self._look_up(x.signals)
         state = x.values.tolist()
-        self._move(float(times[0]), *(state[i] for i in self._at[:2]))
-        begin = self._profile.moment(self.progress) if isfinite(self.progress) else np.nan
-        s, speed, _ = self._profile.at_time(begin + (times - times[0]))
+        x_now, y_now = (state[i] for i in self._at[:2])
+        psi = state[self._at[2]] if len(self._at) > 2 else np.nan
+        self._move(float(times[0]), x_now, y_now, psi)
+        s, speed = self._ahead(times - times[0], state[self._v_x] if self._v_x is not None else np.nan)
         points = self._path.at(s)
         self._speed = float(speed[0])
-        turns = self._alongside(state[self._at[2]], float(points.heading[0])) if len(self._at) > 2 else 0
+        turns = self._alongside(psi, float(points.heading[0]))
         if turns:
             points = points._replace(heading=points.heading + turns * TURN)
         signals = motion(points, speed, self._settings.vehicle)
@@ -159,11 +172,12 @@ class RunningPathTracking:
         self._at = [states.index(name, "position") for name in self._settings.position]
         if "psi" in states:
             self._at.append(states.index("psi"))
+        self._v_x = states.index("v_x") if "v_x" in states else None
         if self._names is None:
             self._names = tuple(name for name in self._known if name in states)
         self._signals = states
 
-    def _move(self, now: float, x: float, y: float) -> None:
+    def _move(self, now: float, x: float, y: float, psi: float) -> None:
         """Progress of a vehicle that is at x, y now; unchanged if that is not finite."""
         elapsed, self._now = now - self._now, now
         if not (isfinite(x) and isfinite(y)):
@@ -176,13 +190,33 @@ class RunningPathTracking:
         elif settings.begin is not None:
             self.progress = path.nearest(x, y, settings.begin - settings.window, settings.begin + settings.window)
         else:
-            s = path.project((x, y))
+            s = path.project((x, y), heading=psi if isfinite(psi) else None)
             behind = path.closed and not self._profile.closed and s > 0.5 * path.length
             self.progress = s - path.length if behind else s  # behind the line of a standing start
 
+    def _ahead(self, since: Array, v_x: float) -> tuple[Array, Array]:
+        """Arc lengths and speeds (n,) at times (n,) from now on."""
+        if not isfinite(self.progress):
+            return np.full_like(since, np.nan), np.full_like(since, np.nan)
+        begin, profile = self._profile.moment(self.progress), self._profile
+        s, speed, _ = profile.at_time(begin + since)
+        if not v_x < speed[0] - SLOWER:
+            return s, speed
+        # It accelerates until it is as fast as the profile where it is then.
+        v, a = max(v_x, 0.0), self._settings.acceleration
+        moments = since[-1] * MOMENTS
+        driven = self.progress + (v + 0.5 * a * moments) * moments
+        caught = np.flatnonzero(v + a * moments >= profile.speed_at(driven))
+        slow = self.progress + (v + 0.5 * a * since) * since, v + a * since
+        if not len(caught):
+            return slow
+        then = moments[caught[0]]
+        s, speed, _ = profile.at_time(profile.moment(float(driven[caught[0]])) + since - then)
+        return np.where(since < then, slow[0], s), np.where(since < then, slow[1], speed)
+
     def _alongside(self, psi: float, heading: float) -> int:
         """Full turns that bring the path's heading next to the vehicle's, which may be wrapped."""
-        if not isfinite(psi):
+        if not (isfinite(psi) and isfinite(heading)):
             return self._turns
         if isfinite(self._psi):
             psi = self._psi + (psi - self._psi + pi) % TURN - pi

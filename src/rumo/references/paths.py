@@ -147,7 +147,9 @@ class Path:
         x, y, heading, curvature, rate = (values[..., i] for i in range(5))
         return PathPoints(x, y, heading + lap * self.turning, curvature, rate)
 
-    def project(self, point: ArrayLike, near: float | None = None, *, window: float = 10.0) -> float:
+    def project(
+        self, point: ArrayLike, near: float | None = None, *, window: float = 10.0, heading: float | None = None
+    ) -> float:
         """Arc length of the path's nearest point.
 
         Parameters
@@ -160,6 +162,9 @@ class Path:
         window : float
             How far from `near` to look, forwards and backwards [m]. Less than half the length of the smallest loop,
             where a path crosses itself or comes close to itself; at most half a lap is looked at.
+        heading : float, optional
+            Direction of the vehicle, which decides between places about as near, such as at a crossing, if the whole
+            path is looked at [rad].
 
         Returns
         -------
@@ -173,7 +178,7 @@ class Path:
         if not np.isfinite(place).all():
             return np.nan
         if near is None:
-            s = self._projection.anywhere(x, y)
+            s = self._projection.anywhere(x, y, None if heading is None else finite_number(heading, "heading"))
             within = s % self.length if self.closed else s
             return 0.0 if self.closed and within == self.length else within  # a hair before the line
         middle, reach = finite_number(near, "near"), positive_number(window, "window")

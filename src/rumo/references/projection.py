@@ -7,6 +7,8 @@ from bisect import bisect_right
 import numpy as np
 from scipy.interpolate import PPoly
 
+AMBIGUOUS, FARTHEST = 0.01, 3.0
+"""Distance that the right heading is worth: a share of the curve's length, and at most so much [m]."""
 CLOSE = 1e-9
 """Newton's step that ends the search [m]."""
 MOST = 100
@@ -28,13 +30,18 @@ class Projection:
         self._breaks = pieces.x.tolist()
         self._rows = np.ascontiguousarray(pieces.c[:, :, :2].transpose(1, 2, 0)).reshape(-1, 12)
         s = pieces.x[:-1] if closed else pieces.x[1:-1]
-        self._s, (self._x, self._y) = np.ascontiguousarray(s), np.ascontiguousarray(pieces(s)[:, :2].T)
-        self._stations = self._s.tolist()
+        self._x, self._y, self._heading = np.ascontiguousarray(pieces(s)[:, :3].T)
+        self._stations = s.tolist()
         self._period = float(pieces.x[-1] - pieces.x[0]) if closed else 0.0
 
-    def anywhere(self, x: float, y: float) -> float:
-        """Arc length of the nearest point of all."""
+    def anywhere(self, x: float, y: float, heading: float | None = None) -> float:
+        """Arc length of the nearest point of all, or of those about as near where the curve has that heading."""
         distances = (self._x - x) ** 2 + (self._y - y) ** 2
+        if heading is not None:
+            near = min(AMBIGUOUS * self._stations[-1], FARTHEST)
+            other = distances + near**2 * (1.0 - np.cos(self._heading - heading))
+            station = self._stations[int(other.argmin())]
+            return self.between(x, y, station - 2.0 * near, station + 2.0 * near)
         i = int(distances.argmin())
         low, high = self._station(i - 1), self._station(i + 1)
         if not self._period:  # an end's straight may have to be long enough

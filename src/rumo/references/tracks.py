@@ -1,0 +1,135 @@
+"""Tracks: a centre line, and how far it is from there to either side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rumo.checks import as_numbers, checked, printable
+from rumo.errors import ArgumentError, ShapeError
+from rumo.references.generators import Bend, bends, closing, figure_of_eight
+from rumo.references.paths import Path
+from rumo.signals import Array, read_only
+
+Width = float | ArrayLike | Callable[[Array], ArrayLike]
+
+
+class Track:
+    """A path with limits to its left and to its right.
+
+    Parameters
+    ----------
+    path : Path
+        Its centre line, or any other line along it.
+    width_left, width_right : float, array_like (n,) or callable
+        From the path to the edges [m]: a number, one at each of `path.stations`, with straight lines between, or a
+        function of arc lengths. An edge on the other side of the path is at a negative width; both together are
+        positive.
+    name : str
+        For figures and tables.
+
+    Attributes
+    ----------
+    path : Path
+        Its line.
+    name : str
+        What it is called.
+
+    Raises
+    ------
+    ArgumentError
+        If a width is not finite, or the track has none somewhere.
+    ShapeError
+        If there is not one width at each station.
+    """
+
+    def __init__(self, path: Path, width_left: Width, width_right: Width, name: str = "") -> None:
+        self.path, self.name = checked(path, "path", Path), printable(name, "name")
+        self._left, self._right = (
+            _checked(width, path, f"width_{side}") for width, side in ((width_left, "left"), (width_right, "right"))
+        )
+        left, right = self.limits(path.nodes[:-1] if path.closed else path.nodes)
+        if not (left + right > 0.0).all():
+            place = path.nodes[int(np.argmin(left + right))]
+            raise ArgumentError(
+                "width_left + width_right", f"{(left + right).min():.3g} m at {place:.4g} m", "more than 0"
+            )
+
+    def limits(self, s: ArrayLike) -> tuple[Array, Array]:
+        """Widths to the left and to the right at arc lengths [m], each of their shape."""
+        s = np.asarray(s, dtype=float)
+        return self._width(self._left, s), self._width(self._right, s)
+
+    def edges(self, s: ArrayLike) -> tuple[Array, Array]:
+        """Points (n, 2) of the left and the right edge beside the path's at arc lengths (n,) [m]."""
+        left, right = self.limits(s)
+        return self.path.offset(s, left), self.path.offset(s, -right)
+
+    def _width(self, width: Array | Callable[[Array], ArrayLike], s: Array) -> Array:
+        if callable(width):
+            values = as_numbers(width(s), "width(s)")
+            if values.shape not in ((), s.shape) or not np.isfinite(values).all():
+                raise ShapeError("width(s)", f"shape {values.shape}", f"finite numbers of shape {s.shape}")
+            return np.broadcast_to(values, s.shape)
+        if not width.ndim:
+            return np.full(s.shape, width)
+        return np.interp(s, self.path.stations, width, period=self.path.length if self.path.closed else None)
+
+    def __repr__(self) -> str:
+        return f"Track({self.name!r}, {self.path!r})"
+
+
+def _checked(width: Width, path: Path, argument: str) -> Array | Callable[[Array], ArrayLike]:
+    if callable(width):
+        return width
+    values = as_numbers(width, argument)
+    if values.shape not in ((), path.stations.shape):
+        expected = f"a number, or shape {path.stations.shape}: one at each of path.stations"
+        raise ShapeError(argument, f"shape {values.shape}", expected)
+    if not np.isfinite(values).all():
+        raise ArgumentError(argument, "NaN or infinity", "finite widths [m]")
+    return read_only(values)
+
+
+def oval() -> Track:
+    """Two straights of 200 m and two bends of 40 m of radius; 10 m wide."""
+    bend = Bend(40.0, np.pi, 30.0)
+    return Track(bends([100.0, bend, 200.0, bend, 100.0], closed=True), 5.0, 5.0, "oval")
+
+
+def club() -> Track:
+    """Some two kilometres of straights, fast and slow bends, a hairpin of 13 m and a chicane; 10 m wide."""
+    turn = np.deg2rad
+    segments = [
+        320.0,
+        Bend(45.0, turn(90.0), 30.0),
+        60.0,
+        Bend(40.0, turn(-45.0), 18.0),
+        10.0,
+        Bend(60.0, turn(90.0), 35.0),
+        140.0,
+        Bend(13.0, turn(160.0), 14.0),
+        60.0,
+        Bend(35.0, turn(-115.0), 25.0),
+        150.0,
+        Bend(25.0, turn(30.0), 10.0),
+        Bend(25.0, turn(-60.0), 10.0),
+        Bend(25.0, turn(30.0), 10.0),
+        100.0,
+        Bend(30.0, turn(90.0), 20.0),
+        80.0,
+        Bend(60.0, turn(90.0), 40.0),
+        250.0,
+    ]
+    return Track(bends(closing(segments, 14, 16), closed=True), 5.0, 5.0, "club")
+
+
+def eight() -> Track:
+    """A figure of eight of 30 m of radius that crosses itself at a right angle; 8 m wide."""
+    return Track(figure_of_eight(30.0, 15.0), 4.0, 4.0, "eight")
+
+
+TRACKS: dict[str, Callable[[], Track]] = {"oval": oval, "club": club, "eight": eight}
+"""Tracks that need no file, by name."""
