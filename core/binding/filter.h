@@ -33,7 +33,7 @@ public:
     bool advance(nb::handle before, nb::handle u, nb::handle p, nb::handle y, nb::handle after, nb::handle report) {
         const Vector from(before, size(), "before"), input(u, static_cast<std::size_t>(sizes_.inputs), "applied"),
             parameters(p, static_cast<std::size_t>(sizes_.parameters), "parameters"), measured(y, outputs(), "measured"),
-            to(after, size(), "after"), said(report, 3 * outputs() + 1, "report");
+            to(after, size(), "after"), said(report, 3 * outputs() + 2, "report");
         return api_->filter_advance(filter_, from.data(), input.data(), parameters.data(), measured.data(), to.writable(),
                                     said.writable()) != 0;
     }

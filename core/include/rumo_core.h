@@ -258,8 +258,8 @@ typedef struct rumo_api {
     rumo_filter *(*filter_create)(const rumo_problem *, const rumo_filter_data *, void *memory);
     void (*filter_covariance)(const rumo_filter *, const double *belief, double *P); /* (n, n) */
     /* From one belief to the next, with input u (nu,), parameters p and measurements y (m,), not finite where there is none; 0 if
-     * the model has no finite value there. The report is (3 m + 1,): innovations, their deviations, which are used, and the
-     * normalised innovation squared of these. */
+     * the model has no finite value there. The report is (3 m + 2,): innovations, their deviations, which are used, the
+     * normalised innovation squared of these, and the logarithm of the determinant of their covariance. */
     int (*filter_advance)(rumo_filter *, const double *before, const double *u, const double *p, const double *y,
                           double *after, double *report);
 } rumo_api;

@@ -2,6 +2,7 @@
 #include "core.h"
 
 #include "check.h"
+#include "filter.h"
 #include "fixture.h"
 #include "fixtures.h"
 
@@ -71,6 +72,20 @@ static void drive(const fixture *f, const rumo_settings *settings) {
     }
 }
 
+/* The same for a filter, where a problem is one of those: measurements, then nothing, outliers and trouble. */
+static void estimate(const fixture *f) {
+    const rumo_sizes *s = &f->problem->sizes;
+    const filter_of filter = filter_for(f, 3.0);
+    for (int i = 0; i < 200; ++i) {
+        armed = 1;
+        filter_step(&filter, i);
+        rumo_core.filter_covariance(filter.filter, filter.belief, filter.P);
+        armed = 0;
+        CHECK(all_finite(filter.belief, belief_size(s)), "%s: sample %d", f->name, i);
+    }
+    let_go();
+}
+
 int main(void) {
     printf("no steps without memory\n"); /* the stream's buffer, before anything counts */
     rumo_settings several = usual, hurried = usual, timed = usual, open = usual, judged = usual, careful = usual;
@@ -95,6 +110,11 @@ int main(void) {
             drive(&fixtures[i], all[j]);
             CHECK(calls == 0, "%s: %ld allocations", fixtures[i].name, calls);
         }
+    for (int i = 0; i < FIXTURES; ++i) {
+        if (fixtures[i].problem->sizes.horizon > 1) continue;
+        estimate(&fixtures[i]);
+        CHECK(calls == 0, "%s: %ld allocations by its filter", fixtures[i].name, calls);
+    }
     for (int i = 0; i < RUMO_STATUS_COUNT; ++i) CHECK(seen[i] > 0, "status %d never came", i);
     return finish();
 }

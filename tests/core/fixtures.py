@@ -155,6 +155,7 @@ def fixtures():
         "car_condensed": dataclasses.replace(paper_car(soft, 1), solver="condensing"),
         "hot_condensed": dataclasses.replace(held(hot, x_hot, [1.11], [1.0]), solver="condensing"),
         "bare": bare(),
+        "car_one": paper_car(soft, 0, horizon=1),
     }
 
 

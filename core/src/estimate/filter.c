@@ -63,6 +63,7 @@ RARE static rumo_filter *create_filter(const rumo_problem *p, const rumo_filter_
 RARE static rumo_fault check_filter(const rumo_problem *p, const rumo_filter_data *data) {
     const rumo_sizes *s = &p->sizes;
     if (s->horizon > 1) return (rumo_fault){RUMO_TOO_LARGE, "", "horizon", -1};
+    if (s->parameters < 1) return (rumo_fault){RUMO_TOO_SMALL, "", "parameters", -1};
     if (p->elimination.blocks == 0) return (rumo_fault){RUMO_TOO_SMALL, "elimination", "blocks", -1};
     for (int e = 0; e < p->Cx.count; ++e)
         if (p->Cx.column[e] >= s->states) return (rumo_fault){RUMO_OUT_OF_RANGE, "Cx", "column", e};
@@ -161,10 +162,11 @@ static void judge(rumo_filter *f, double *ud, double *refused, const double *y, 
     }
 }
 
-/* One measurement after the other: their noise is independent. The normalised innovation squared of all. */
-static double correct(rumo_filter *f, double *x, double *ud) {
+/* One measurement after the other: their noise is independent. Two numbers: the normalised innovation squared of all, and the
+ * logarithm of the determinant of their covariance. */
+static void correct(rumo_filter *f, double *x, double *ud, double *sums) {
     const int n = f->s.nx;
-    double nis = 0.0;
+    sums[0] = sums[1] = 0.0;
     zero(f->moved, n);
     for (int r = 0; r < f->s.ny; ++r) {
         const double *const h = f->H + (ptrdiff_t)r * n;
@@ -172,16 +174,16 @@ static double correct(rumo_filter *f, double *x, double *ud) {
         if (isnan(left)) continue;
         for (int j = 0; j < n; ++j) left -= h[j] * f->moved[j];
         (void)variance_along(n, ud, h, f->f);
-        const double share = left * correct_factor(n, ud, f->f, f->data.noise[r], f->gain);
+        const double variance = correct_factor(n, ud, f->f, f->data.noise[r], f->gain), share = left / variance;
         for (int j = 0; j < n; ++j) f->moved[j] += share * f->gain[j];
-        nis += share * left;
+        sums[0] += share * left;
+        sums[1] += log(variance);
     }
     for (int j = 0; j < n; ++j) x[j] += f->moved[j];
-    return nis;
 }
 
-/* 0 where the model has no finite value; `after` is nothing to go by then. The report is (3 m + 1,): innovations, their
- * deviations, which are used, and the normalised innovation squared of these. */
+/* 0 where the model has no finite value; `after` is nothing to go by then. The report is (3 m + 2,): innovations, their
+ * deviations, which are used, the normalised innovation squared of these, and the logarithm of the determinant of their covariance. */
 static int filter_advance(rumo_filter *f, const double *before, const double *u, const double *p, const double *y,
                           double *after, double *report) {
     const int n = f->s.nx, m = f->s.ny, size = n + n * n + m;
@@ -190,7 +192,7 @@ static int filter_advance(rumo_filter *f, const double *before, const double *u,
     if (!predict_state(f, x, u, p)) return 0;
     predict_covariance(f, ud, p[f->problem.sizes.parameters - 1]);
     judge(f, ud, refused, y, report);
-    report[3 * m] = correct(f, x, ud);
+    correct(f, x, ud, report + 3 * m);
     return all_finite(after, size);
 }
 

@@ -65,8 +65,8 @@ static void covariance_along(int n, const double *restrict ud, const double *res
     }
 }
 
-/* Bierman's update by one measurement along h with a variance of its own: f is U' h; gain (n,) times the result is what an
- * innovation moves the state by, over the innovation. Returns the reciprocal of the innovation's variance. */
+/* Bierman's update by one measurement along h with a variance of its own: f is U' h; gain (n,) over the result is what an
+ * innovation moves the state by. Returns the innovation's variance. */
 static double correct_factor(int n, double *restrict ud, const double *restrict f, double variance, double *restrict gain) {
     double before = variance;
     for (int j = 0; j < n; ++j) {
@@ -80,7 +80,7 @@ static double correct_factor(int n, double *restrict ud, const double *restrict 
         }
         before = after;
     }
-    return 1.0 / before;
+    return before;
 }
 
 /* P (n, n) itself. */

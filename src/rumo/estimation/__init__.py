@@ -2,11 +2,14 @@
 
 from rumo.estimation.base import Estimate, Estimator, RunningEstimator, Unfiltered
 from rumo.estimation.butterworth import Butterworth
+from rumo.estimation.consistency import Consistency, consistency
 from rumo.estimation.ekf import ExtendedKalman, ExtraState, OutlierGate
 from rumo.estimation.innovation import Innovation
+from rumo.estimation.tuning import fit_process_noise
 
 __all__ = [
     "Butterworth",
+    "Consistency",
     "Estimate",
     "Estimator",
     "ExtendedKalman",
@@ -15,4 +18,6 @@ __all__ = [
     "OutlierGate",
     "RunningEstimator",
     "Unfiltered",
+    "consistency",
+    "fit_process_noise",
 ]

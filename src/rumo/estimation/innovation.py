@@ -25,9 +25,12 @@ class Innovation:
     nis : float
         Normalised innovation squared of all that were used together: chi-square distributed with as many degrees of
         freedom, if model and noise are what the filter believes.
+    log_likelihood : float
+        Logarithm of the probability density of these.
     """
 
     values: Array
     deviations: Array
     used: NDArray[np.bool_]
     nis: float
+    log_likelihood: float

@@ -26,6 +26,13 @@ class CoreFilter:
     backend = "portable"
 
     def __init__(self, model: AugmentedModel, numbers: FilterNumbers) -> None:
+        # Its own maps of a step are wanted, however wide the model.
+        self._description = core_problem(model.transcription, "riccati").values
+        self._n, self._m = model.size, len(numbers.noise)
+        self.retune(numbers)
+
+    def retune(self, numbers: FilterNumbers) -> None:
+        """See `FilterEngine.retune`."""
         told = {
             "noise": numbers.noise,
             "process": numbers.process,
@@ -34,9 +41,7 @@ class CoreFilter:
             "width": np.array([numbers.width]),
             "patience": numbers.patience,
         }
-        # Its own maps of a step are wanted, however wide the model.
-        self._filter = Filter(core_problem(model.transcription, "riccati").values, told)
-        self._n, self._m = model.size, len(numbers.noise)
+        self._filter = Filter(self._description, told)
 
     def start(self, x: Array, variances: Array) -> Array:
         """See `FilterEngine.start`."""
@@ -50,7 +55,7 @@ class CoreFilter:
 
     def advance(self, belief: Array, applied: Array, parameters: Array, measured: Array) -> tuple[Array, Array]:
         """See `FilterEngine.advance`."""
-        after, report = np.empty(len(belief)), np.empty(3 * self._m + 1)
+        after, report = np.empty(len(belief)), np.empty(3 * self._m + 2)
         if not self._filter.advance(belief, applied, parameters, measured, after, report):
             raise np.linalg.LinAlgError("the filter left the finite numbers")
         return after, report

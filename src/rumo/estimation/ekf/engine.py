@@ -40,11 +40,15 @@ class FilterEngine(Protocol):
     """Steps from one belief to the next.
 
     A belief is an array (n + n n + m,): state, a factor of its covariance in a form of the engine's own, and for each
-    measurement how many were refused in a row. A report is (3 m + 1,): innovations, their deviations, which were used
-    (1, else 0), and the normalised innovation squared of these.
+    measurement how many were refused in a row. A report is (3 m + 2,): innovations, their deviations, which were used
+    (1, else 0), the normalised innovation squared of these, and the logarithm of their covariance's determinant.
     """
 
     backend: str
+
+    def retune(self, numbers: FilterNumbers) -> None:
+        """Take other numbers from now on."""
+        ...
 
     def start(self, x: Array, variances: Array) -> Array:
         """The belief in a state (n,) with independent errors of these variances (n,)."""

@@ -26,6 +26,10 @@ class NumpyFilter:
         self._numbers, self._n = numbers, model.size
         self._variables = len(model.transcription.problem.model.variables)
 
+    def retune(self, numbers: FilterNumbers) -> None:
+        """See `FilterEngine.retune`."""
+        self._numbers = numbers
+
     def start(self, x: Array, variances: Array) -> Array:
         """See `FilterEngine.start`."""
         return np.concatenate([x, np.diag(np.sqrt(variances)).ravel(), np.zeros(len(self._numbers.noise))])
@@ -53,10 +57,11 @@ class NumpyFilter:
         factor, deviations, used = self._gated(factor, H, innovation, refused)
         root, gain, factor = self._corrected(factor, H[used], numbers.noise[used])
         normalised = solve_triangular(root, innovation[used], lower=True, check_finite=False)
+        sums = [normalised @ normalised, 2.0 * np.log(np.abs(np.diag(root))).sum()]
         belief = np.concatenate([x + gain @ normalised, factor.ravel(), refused])
         if not np.isfinite(belief).all():
             raise np.linalg.LinAlgError("the filter left the finite numbers")
-        return belief, np.concatenate([innovation, deviations, 1.0 * used, [normalised @ normalised]])
+        return belief, np.concatenate([innovation, deviations, 1.0 * used, sums])
 
     def _parts(self, belief: Array) -> tuple[Array, Array, Array]:
         n = self._n

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections import deque
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rumo.estimation.base import Estimate
 from rumo.estimation.ekf.augmented import AugmentedModel
-from rumo.estimation.ekf.engine import FilterEngine
+from rumo.estimation.ekf.engine import FilterEngine, FilterNumbers
 from rumo.estimation.innovation import Innovation
 from rumo.signals import Array
 
 SAME_TIME = 1e-6
 """Share of a sample by which two measurements may be apart and are still taken together."""
+
+LOG_TWO_PI = float(np.log(2.0 * np.pi))
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +60,9 @@ class RunningExtendedKalman:
     model : AugmentedModel
         What is estimated.
     engine : FilterEngine
-        What computes a step.
+        What computes a step, with these
+    numbers : FilterNumbers
+        Of its own.
     first : FirstBelief
         Where it starts.
     late : ndarray, shape (m,)
@@ -80,13 +84,14 @@ class RunningExtendedKalman:
         self,
         model: AugmentedModel,
         engine: FilterEngine,
+        numbers: FilterNumbers,
         first: FirstBelief,
         late: Array,
         states: int,
         parameters: tuple[str, ...],
         biases: tuple[str, ...],
     ) -> None:
-        self._model, self._engine, self._first = model, engine, first
+        self._model, self._engine, self._numbers, self._first = model, engine, numbers, first
         self._states, self._parameters, self._biases = states, parameters, biases
         self._whole = np.floor(late + SAME_TIME).astype(int)
         ends = 1.0 - np.maximum(late - self._whole, 0.0)
@@ -102,6 +107,23 @@ class RunningExtendedKalman:
         self.innovation: Innovation | None = None
         self.backend = engine.backend
 
+    @property
+    def goes_back(self) -> bool:
+        """Whether some measurements are late, so that innovations are not those of the sample that came last."""
+        return self._oldest > 0 or len(self._times) > 1
+
+    def forget(self) -> None:
+        """Start anew at the next sample."""
+        self._belief, self.innovation, self._seen = None, None, self._first.x
+        self._recent.clear()
+
+    def retune(self, process: Array) -> None:
+        """Take other standard deviations of what the model misses in one sample (nx,), from the next sample on."""
+        variances = self._numbers.process.copy()
+        variances[: self._states] = np.square(process)
+        self._numbers = replace(self._numbers, process=variances)
+        self._engine.retune(self._numbers)
+
     def update(self, measured: Array, applied: Array, parameters: Array) -> Estimate:
         """Estimate from measurements (m,), see `RunningEstimator`; those that are not finite are left to prediction."""
         measured, self.innovation = np.asarray(measured, dtype=float), None
@@ -111,8 +133,7 @@ class RunningExtendedKalman:
             belief = self._advanced(self._belief, measured, applied, parameters)
         except np.linalg.LinAlgError:
             # The model has no value here: start anew at the next good sample.
-            self._belief, self.innovation, self._seen = None, None, self._first.x
-            self._recent.clear()
+            self.forget()
             return Estimate(self._begin(measured, parameters)[: self._states])
         return self._estimate(belief)
 
@@ -194,4 +215,6 @@ class RunningExtendedKalman:
 
 def _innovation(report: Array) -> Innovation:
     m = len(report) // 3
-    return Innovation(report[:m], report[m : 2 * m], report[2 * m : 3 * m] > 0.0, float(report[-1]))
+    used, nis, log_determinant = report[2 * m : 3 * m] > 0.0, float(report[-2]), float(report[-1])
+    log_likelihood = -0.5 * (nis + log_determinant + LOG_TWO_PI * np.count_nonzero(used))
+    return Innovation(report[:m], report[m : 2 * m], used, nis, log_likelihood)

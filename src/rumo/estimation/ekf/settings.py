@@ -147,7 +147,7 @@ class ExtendedKalman:
         first = self._first(problem, signals, late, numbers, parameters, biases)
         engine = CoreFilter if self._backend(augmented) == "portable" else NumpyFilter
         return RunningExtendedKalman(
-            augmented, engine(augmented, numbers), first, late, len(model.states), parameters, biases
+            augmented, engine(augmented, numbers), numbers, first, late, len(model.states), parameters, biases
         )
 
     def lateness(self, measured: Signals, sampling_time: float) -> Array:
@@ -176,7 +176,7 @@ class ExtendedKalman:
         floor = states.finite_vector(
             as_mapping(self.floor, "ExtendedKalman.floor"), "ExtendedKalman.floor", _zeros(states)
         )
-        for name, value in zip(states, floor, strict=True):
+        for name, value in zip(states, floor.tolist(), strict=True):
             non_negative_number(value, f"ExtendedKalman.floor[{name!r}]")
         gate = None if self.gate is None else checked(self.gate, "ExtendedKalman.gate", OutlierGate)
         angles = [turn[states.index(name)] > 0.0 if name in states else signals.unit(name) == "rad" for name in signals]
@@ -234,7 +234,7 @@ def _zeros(signals: Signals) -> Array:
 
 def _variances(signals: Signals, deviations: Mapping[str, float], argument: str) -> Array:
     sigma = signals.finite_vector(as_mapping(deviations, argument), argument)
-    for name, value in zip(signals, sigma, strict=True):
+    for name, value in zip(signals, sigma.tolist(), strict=True):
         if value <= 0.0:
             raise ArgumentError(f"{argument}[{name!r}]", f"{value:g}", "a positive standard deviation")
     return sigma**2
