@@ -14,6 +14,10 @@ from rumo.signals import Array
 
 SIGNALS = ("p_x", "p_y", "psi", "course", "speed", "v_x", "omega")
 """Of every vehicle: position, where it points, where it moves to, how fast, and its speed ahead and rate of turning."""
+VELOCITIES = ("velocity_x", "velocity_y")
+"""Over ground: what to track where a vehicle stands, and has no course."""
+BESIDE = ("s", "n", "heading_error", "course_error", "velocity_along", "velocity_across")
+"""Of a vehicle that is known by its place beside the path: how far along it, and no error of any kind."""
 STATES = ("p_x", "p_y", "psi", "v_x", "omega")
 """Those that are states of the car's models."""
 
@@ -35,7 +39,8 @@ def check_vehicle(vehicle: Rolling | None) -> None:
 def known_signals(vehicle: Rolling | None) -> tuple[str, ...]:
     """Names of all that `motion` gives."""
     further = () if vehicle is None else tuple(vehicle.rolling(np.ones(1), np.zeros(1)))
-    return (*SIGNALS, *(name for name in further if name not in SIGNALS))
+    known = (*SIGNALS, *VELOCITIES, *BESIDE)
+    return (*known, *(name for name in further if name not in known))
 
 
 def checked_outputs(outputs: object, vehicle: Rolling | None) -> tuple[str, ...]:
@@ -48,15 +53,18 @@ def checked_outputs(outputs: object, vehicle: Rolling | None) -> tuple[str, ...]
     return names
 
 
-def motion(points: PathPoints, speed: Array, vehicle: Rolling | None, reverse: bool = False) -> dict[str, Array]:
-    """Signals (n,) of driving through points of a path at speeds (n,) [m/s], slip aside.
+def motion(
+    s: Array, points: PathPoints, speed: Array, vehicle: Rolling | None, reverse: bool = False
+) -> dict[str, Array]:
+    """Signals (n,) of driving through points of a path, at arc lengths s (n,) [m], at speeds (n,) [m/s], slip aside.
 
     In reverse the vehicle moves along the path as well, but points the other way: psi is the course and half a turn,
     and v_x is negative.
     """
-    ahead, bend, psi = speed, points.curvature, points.heading
+    ahead, bend, psi, nothing = speed, points.curvature, points.heading, np.zeros_like(speed)
+    turned = nothing
     if reverse:
-        ahead, bend, psi = -speed, -bend, psi + np.pi
+        ahead, bend, psi, turned = -speed, -bend, psi + np.pi, nothing + np.pi
     signals = {
         "p_x": points.x,
         "p_y": points.y,
@@ -65,5 +73,13 @@ def motion(points: PathPoints, speed: Array, vehicle: Rolling | None, reverse: b
         "speed": speed,
         "v_x": ahead,
         "omega": speed * points.curvature,
+        "velocity_x": speed * np.cos(points.heading),
+        "velocity_y": speed * np.sin(points.heading),
+        "s": s,
+        "n": nothing,
+        "heading_error": turned,
+        "course_error": nothing,
+        "velocity_along": speed,
+        "velocity_across": nothing,
     }
     return signals if vehicle is None else signals | dict(vehicle.rolling(ahead, bend))

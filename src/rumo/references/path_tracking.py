@@ -126,8 +126,9 @@ class RunningPathTracking:
         self.progress = np.nan
         self._settings, self._path, self._profile = settings, settings.path, settings.profile
         self._parameters: dict[str, Callable[[Array], ArrayLike]] = dict(settings.parameters)
-        if problem is not None and "curvature" in problem.model.parameters and "curvature" not in self._parameters:
-            self._parameters["curvature"] = lambda s: self._path.at(s).curvature
+        for name, of_place in (("curvature", self._curvature), ("heading", self._heading)):
+            if problem is not None and name in problem.model.parameters and name not in self._parameters:
+                self._parameters[name] = of_place
         known = known_signals(settings.vehicle)
         self._names = settings.outputs
         if self._names is None and problem is not None:
@@ -160,12 +161,42 @@ class RunningPathTracking:
         turns = self._alongside(psi, float(points.heading[0]))
         if turns:
             points = points._replace(heading=points.heading + turns * TURN)
-        signals = motion(points, speed, self._settings.vehicle)
+        signals = motion(s, points, speed, self._settings.vehicle)
         ahead: dict[str, ArrayLike] = {}
         if self._parameters:
             middle = 0.5 * (s[:-1] + s[1:])
             ahead = {name: _by_place(function, middle, name) for name, function in self._parameters.items()}
         return Preview({name: signals[name] for name in self._names or ()}, ahead)
+
+    def locate(self, x: NamedArray[float]) -> dict[str, float]:
+        """Place of a vehicle beside the path, for models that know it by that: s [m], n [m], heading_error [rad].
+
+        The path's nearest point is looked for near the progress of the latest preview.
+
+        Parameters
+        ----------
+        x : NamedArray
+            State of a vehicle with a position and psi.
+        """
+        if x.signals is not self._signals:
+            self._look_up(x.signals)
+        state = x.values.tolist()
+        x_now, y_now = (state[i] for i in self._at[:2])
+        psi = state[self._at[2]] if len(self._at) > 2 else np.nan
+        if not (isfinite(self.progress) and isfinite(x_now) and isfinite(y_now)):
+            return dict.fromkeys(("s", "n", "heading_error"), np.nan)
+        window = self._settings.window
+        s = self._path.nearest(x_now, y_now, self.progress - window, self.progress + window)
+        here = self._path.at(s)
+        cos, sin = np.cos(here.heading), np.sin(here.heading)
+        n = (y_now - here.y) * cos - (x_now - here.x) * sin
+        return {"s": s, "n": float(n), "heading_error": float((psi - here.heading + pi) % TURN - pi)}
+
+    def _curvature(self, s: Array) -> Array:
+        return self._path.at(s).curvature
+
+    def _heading(self, s: Array) -> Array:
+        return self._path.at(s).heading
 
     def _look_up(self, states: Signals) -> None:
         """Where in the state to look, once."""

@@ -99,7 +99,7 @@ class TimedPath(OfTime):
         s, speed, _ = self.profile.at_time(moving)
         for at, _ in self._waits:
             speed = np.where(moving == at, 0.0, speed)
-        signals = motion(self.path.at(s), speed, self.vehicle, self.reverse)
+        signals = motion(s, self.path.at(s), speed, self.vehicle, self.reverse)
         return {name: signals[name] for name in self._names}
 
     def _moving_to_clock(self, moving: float) -> float:

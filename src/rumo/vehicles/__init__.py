@@ -5,7 +5,7 @@ from rumo.vehicles.commands import Acceleration, AxleTorques, RearTorque, Steeri
 from rumo.vehicles.errata import AsPrinted
 from rumo.vehicles.four_wheel import four_wheel
 from rumo.vehicles.parameters import PAPER_CAR, PASSENGER_CAR, TyreParameters, VehicleParameters
-from rumo.vehicles.rolling_bicycle import frenet_bicycle, friction_ellipses, rolling_bicycle
+from rumo.vehicles.rolling_bicycle import frenet_bicycle, friction_ellipses, rolling_bicycle, slip_limits
 from rumo.vehicles.tyres import Dugoff, LinearTyre, ModifiedDugoff, SaturatingTyre, Tyre, UpToPeak
 
 __all__ = [
@@ -32,4 +32,5 @@ __all__ = [
     "friction_circles",
     "friction_ellipses",
     "rolling_bicycle",
+    "slip_limits",
 ]

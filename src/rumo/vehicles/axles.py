@@ -35,11 +35,14 @@ class AxleForces(WheelForces):
         Normal load of the wheel inside, and outside, of the bend [N].
     mu : expression
         Friction of the tyres.
+    slip : expression
+        What a linear tyre's force across the wheel would be, as a multiple of mu F_z.
     """
 
     inner: Any
     outer: Any
     mu: Any
+    slip: Any
 
 
 @dataclass(frozen=True)
@@ -105,7 +108,9 @@ class Axles:
         loads = (load - moved, load + moved) if self.load_transfer else (load,)
         F_y = sum(self.tyre.force(tyre, 0.0, tan_alpha, F_z, across, direction)[1] for F_z in loads) / len(loads)
         X, Y = F_x * cos - F_y * sin, F_x * sin + F_y * cos
-        return AxleForces(F_x, F_y, X, Y, load - moved, load + moved, friction)
+        return AxleForces(
+            F_x, F_y, X, Y, load - moved, load + moved, friction, tyre.C_a * tan_alpha / (friction * load)
+        )
 
     def sums(self, x: Any, u: Any, p: Any) -> tuple[Any, Any, Any]:
         """Forces of all wheels along and across the car [N], and their moment [N m]."""
@@ -125,3 +130,11 @@ class Axles:
             return expression
 
         return {"friction_front": Constraint(ellipse(0), penalty), "friction_rear": Constraint(ellipse(1), penalty)}
+
+    def slips(self, penalty: Penalty | None, largest: float) -> dict[str, Constraint]:
+        """Limits of the slip angles of the front and of the rear axle."""
+
+        def slip_of(axle: int) -> Any:
+            return lambda x, u, p: (self.forces(x, u, p)[axle].slip / largest) ** 2 - 1.0
+
+        return {"slip_front": Constraint(slip_of(0), penalty), "slip_rear": Constraint(slip_of(1), penalty)}

@@ -169,6 +169,7 @@ def _passenger_car() -> VehicleParameters:
         front=tyre(half_weight * l_r),
         rear=tyre(half_weight * l_f),
         h=0.5748689544,
+        brake_front=0.66,
     )
 
 

@@ -145,6 +145,33 @@ def friction_ellipses(
     return _axles(parameters, tyre, drive, steering, load_transfer).ellipses(penalty, positive_number(grip, "grip"))
 
 
+def slip_limits(
+    parameters: VehicleParameters,
+    *,
+    drive: Drive = REAR_TORQUE,
+    steering: Steering = STEERING_RATE,
+    load_transfer: bool = True,
+    largest: float = 2.5,
+    penalty: Penalty | None = Penalty(1.0),  # noqa: B008 -- immutable
+) -> dict[str, Constraint]:
+    """Limits of the slip angles of front and rear axle, so that no plan goes where more slip gives no more force.
+
+    Beyond the peak of the tyres a linearisation sees nothing to be gained by either more or less steering, and a plan
+    that has got there stays there. `(C_a tan(alpha) / (mu F_z largest))^2 <= 1`.
+
+    Parameters
+    ----------
+    parameters, drive, steering, load_transfer
+        Those of the model.
+    largest : float
+        Slip, as a multiple of the one at which linear forces reach mu F_z.
+    penalty : Penalty, optional
+        Soft by default; None makes the limits hard.
+    """
+    axles = _axles(parameters, TYRE, drive, steering, load_transfer)
+    return axles.slips(penalty, positive_number(largest, "largest"))
+
+
 class _Headed:
     """The state of a car beside a path, with its heading."""
 
