@@ -112,14 +112,19 @@ def _plain(name: str) -> str:
 
 def _known(names: list[str]) -> bool:
     """Whether a comment is a header."""
-    return {"x", "y"} <= {use for use, known in COLUMNS.items() for name in names if _plain(name) in known}
+    return sum(_use(name) is not None for name in names) >= 2
+
+
+def _use(name: str) -> str | None:
+    """What a column is for."""
+    return next((use for use, known in COLUMNS.items() if _plain(name) in known), None)
 
 
 def _places(file: str, line: int, names: list[str]) -> dict[str, int]:
     """Which column is for what."""
     places: dict[str, int] = {}
     for i, name in enumerate(names):
-        use = next((use for use, known in COLUMNS.items() if _plain(name) in known), None)
+        use = _use(name)
         if use in places:
             raise FileError(file, line, f"two columns for {use}: {names[places[use]]} and {name}", "one")
         if use is not None:

@@ -25,8 +25,9 @@ Catalunya, 0.031 to 0.018 on Spielberg), moves no line by more than 0.3 m, and c
 """
 JUMP, BACK = 25.0, np.deg2rad(150.0)
 """Distance between two points as a multiple of the usual, and change of direction, that no track has."""
-CLOSED = 3.0
-"""Distance from the last point to the first, as a multiple of the usual, up to which a track is taken to be closed."""
+CLOSED, SHORT = 3.0, 0.2
+"""Distance from the last point to the first up to which a track is taken to be closed: as a multiple of the usual, and
+as a share of its length."""
 
 
 def load_track(
@@ -142,7 +143,7 @@ def _checked(table: Table, closed: bool | None) -> tuple[Table, bool]:
         got = f"a point {gaps[row - 1]:.4g} m from the one before"
         raise table.error(int(row), got, f"points some {usual:.3g} m apart, in the order of travel")
     ends = float(np.linalg.norm(points[-1] - points[0]))
-    ring = ends <= CLOSED * usual if closed is None else closed
+    ring = ends <= min(CLOSED * usual, SHORT * float(gaps.sum())) if closed is None else closed
     if ring and ends < 0.01 * usual:
         table = Table(table.file, {use: values[:-1] for use, values in table.columns.items()}, table.lines[:-1])
         points = points[:-1]
