@@ -261,8 +261,7 @@ def test_a_file_that_was_damaged_is_a_track_or_an_error_of_the_file(tmp_path, na
             text = text[:at] + inserted + text[end:]
     try:
         track = load_track(written(tmp_path, text, name), width=8.0)
-    except rumo.FileError as error:
-        assert name in str(error)
+    except rumo.FileError:
         return
     assert isinstance(track, Track)
     s = np.linspace(0.0, track.path.length, 200)
