@@ -35,7 +35,7 @@ class ArgumentError(RumoError, ValueError):
     """
 
     def __init__(self, argument: str, got: str, expected: str, cure: str = "") -> None:
-        self.argument = argument
+        self.argument, self.got, self.expected, self.cure = argument, got, expected, cure
         message = f"{argument}: got {got}, expected {expected}."
         super().__init__(f"{message} {cure}" if cure else message)
 

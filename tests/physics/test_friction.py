@@ -72,6 +72,21 @@ def test_a_road_without_friction_has_finite_forces_and_slopes(build, tyre, mu):
         assert np.isfinite(jacobian(model, x, p={"mu": mu})).all()
 
 
+def test_friction_may_differ_from_left_to_right():
+    model, split = four_wheel(PASSENGER_CAR, Dugoff()), four_wheel(PASSENGER_CAR, Dugoff(), split_friction=True)
+    assert list(split.parameters) == ["wind_speed", "wind_direction", "mu_left", "mu_right"]
+    both = derivative(split, at(split), p={"mu_left": 0.5, "mu_right": 0.5})
+    assert both == pytest.approx(derivative(model, at(model), p={"mu": 0.5}), rel=1e-12)
+    # Locked wheels on ice to the right: the car brakes by half of both, and is turned to the left.
+    x = {"v_x": 20.0}
+    dry, ice = 0.8 * 9.81, 0.2 * 9.81
+    slides = derivative(split, x, p={"mu_left": 0.8, "mu_right": 0.2})
+    drag = PASSENGER_CAR.b_lon * 400.0 / PASSENGER_CAR.m
+    assert slides["v_x"] == pytest.approx(-0.5 * (dry + ice) - drag, rel=1e-4)
+    moment = 0.5 * PASSENGER_CAR.m * PASSENGER_CAR.t_w * (dry - ice)
+    assert slides["omega"] == pytest.approx(moment / PASSENGER_CAR.I, rel=1e-4)
+
+
 def braking():
     """A car that shall stop, and may lock no wheel."""
     problem = rumo.Problem(

@@ -2,20 +2,38 @@
 
 from rumo.vehicles.bicycle import dynamic_bicycle, friction_circles
 from rumo.vehicles.commands import Acceleration, AxleTorques, RearTorque, SteeringAngle, SteeringRate, WheelTorques
+from rumo.vehicles.coefficients import MagicFormulaCoefficients
 from rumo.vehicles.errata import AsPrinted
 from rumo.vehicles.four_wheel import four_wheel
-from rumo.vehicles.parameters import PAPER_CAR, PASSENGER_CAR, TyreParameters, VehicleParameters
+from rumo.vehicles.limits import VehicleLimits
+from rumo.vehicles.parameters import TyreParameters, VehicleParameters
+from rumo.vehicles.sets import (
+    COMMONROAD_1,
+    COMMONROAD_3,
+    PAPER_CAR,
+    PASSENGER_CAR,
+    RACER_1_10,
+    TYRE_235_60_R16,
+    VEHICLES,
+)
 from rumo.vehicles.rolling_bicycle import frenet_bicycle, friction_ellipses, rolling_bicycle, slip_limits
-from rumo.vehicles.tyres import Dugoff, LinearTyre, ModifiedDugoff, SaturatingTyre, Tyre, UpToPeak
+from rumo.vehicles.tyres import Dugoff, LinearTyre, MagicFormula, ModifiedDugoff, SaturatingTyre, Tyre, UpToPeak
 
 __all__ = [
+    "COMMONROAD_1",
+    "COMMONROAD_3",
     "PAPER_CAR",
     "PASSENGER_CAR",
+    "RACER_1_10",
+    "TYRE_235_60_R16",
+    "VEHICLES",
     "Acceleration",
     "AsPrinted",
     "AxleTorques",
     "Dugoff",
     "LinearTyre",
+    "MagicFormula",
+    "MagicFormulaCoefficients",
     "ModifiedDugoff",
     "RearTorque",
     "SaturatingTyre",
@@ -24,6 +42,7 @@ __all__ = [
     "Tyre",
     "TyreParameters",
     "UpToPeak",
+    "VehicleLimits",
     "VehicleParameters",
     "WheelTorques",
     "dynamic_bicycle",

@@ -52,9 +52,9 @@ def choices(
     return model, checked(as_printed or AsPrinted(), "as_printed", AsPrinted)
 
 
-def friction(parameters: VehicleParameters) -> dict[str, Parameter]:
-    """Road friction `mu` as a parameter of a model; the car's own by default."""
-    return {"mu": Parameter("1", parameters.mu)}
+def friction(parameters: VehicleParameters, *names: str) -> dict[str, Parameter]:
+    """Road friction as parameters of a model, `mu` if no names are given; the car's own by default."""
+    return dict.fromkeys(names or ("mu",), Parameter("1", parameters.mu))
 
 
 def tyre_friction(mu: Any, tyre: TyreParameters, parameters: VehicleParameters) -> Any:

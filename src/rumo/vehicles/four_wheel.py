@@ -29,6 +29,7 @@ def four_wheel(
     drive: Drive = REAR_TORQUE,
     steering: Steering = STEERING_RATE,
     load_transfer: bool = False,
+    split_friction: bool = False,
 ) -> Model:
     """Four-wheel car with 11 states: equations (vehicle-dynamics), (wheels-dynamics) and (steering-dynamics).
 
@@ -48,6 +49,8 @@ def four_wheel(
     load_transfer : bool
         Normal loads follow the quasi-static accelerations, what the wheels' torques would give along the car and
         `v_x omega` across it, by the height of the centre of gravity; static otherwise.
+    split_friction : bool
+        Parameters mu_left and mu_right, the friction below the wheels of a side, in place of mu.
 
     Raises
     ------
@@ -64,6 +67,7 @@ def four_wheel(
             "Give the parameters a height h: dataclasses.replace(parameters, h=0.5).",
         )
     par = parameters
+    road = {"l": "mu_left", "r": "mu_right"} if split_friction else dict.fromkeys("lr", "mu")
     positions = {
         "fl": (par.l_f, par.t_w),
         "fr": (par.l_f, -par.t_w),
@@ -78,7 +82,7 @@ def four_wheel(
         forces = {
             wheel: wheel_forces(
                 x,
-                p.mu,
+                p[road[wheel[1]]],
                 position,
                 tan_delta.get(wheel, 0.0),
                 x[f"w_{wheel}"],
@@ -104,7 +108,7 @@ def four_wheel(
         states={**BODY_STATES, **{f"w_{wheel}": "rad/s" for wheel in WHEELS}, **steering.states},
         inputs={**drive.inputs(WHEELS), **steering.inputs},
         dynamics=dynamics,
-        parameters={**WIND, **friction(par)},
+        parameters={**WIND, **friction(parameters, *dict.fromkeys(road.values()))},
         outputs={
             "w_f": Output("rad/s", lambda x, u, p: 0.5 * (x.w_fl + x.w_fr)),
             "w_r": Output("rad/s", lambda x, u, p: 0.5 * (x.w_rl + x.w_rr)),

@@ -1,13 +1,17 @@
-"""Vehicle parameter sets with their sources."""
+"""What a car and its tyres are, in numbers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 
 import numpy as np
 
 from rumo.checks import checked, non_negative_number, positive_number, share
 from rumo.signals import Array
+from rumo.vehicles.coefficients import MagicFormulaCoefficients
+from rumo.vehicles.limits import VehicleLimits
+from rumo.vehicles.toml import read_dataclass, write_dataclass
 
 GRAVITY = 9.81
 """Acceleration of gravity [m/s^2]."""
@@ -25,15 +29,21 @@ class TyreParameters:
         Cornering stiffness [N/rad].
     mu : float
         Friction coefficient between tyre and road.
+    magic_formula : MagicFormulaCoefficients, optional
+        What `rumo.vehicles.MagicFormula` needs besides mu, of the road where they were fitted; the other tyre models
+        need C_s and C_a.
     """
 
     C_s: float
     C_a: float
     mu: float
+    magic_formula: MagicFormulaCoefficients | None = None
 
     def __post_init__(self) -> None:
         for name in ("C_s", "C_a", "mu"):
             positive_number(getattr(self, name), f"TyreParameters.{name}")
+        if self.magic_formula is not None:
+            checked(self.magic_formula, "TyreParameters.magic_formula", MagicFormulaCoefficients)
 
 
 @dataclass(frozen=True)
@@ -64,6 +74,16 @@ class VehicleParameters:
         Share of a driving torque that the front axle gets.
     brake_front : float, optional
         The same of a braking torque; None for a car without brakes, whose motor brakes the axles that it drives.
+    length, width : float
+        Of the whole car [m]; if 0, from the front end of its front wheels to the rear end of its rear wheels, and from
+        the middle of its left wheels to that of its right ones.
+    limits : VehicleLimits
+        What it can do at most.
+
+    Raises
+    ------
+    ArgumentError
+        If a number is not positive, or of those that may be 0, negative.
     """
 
     m: float
@@ -77,16 +97,21 @@ class VehicleParameters:
     b_lat: float
     front: TyreParameters
     rear: TyreParameters
-    h: float = field(default=0.0)
+    h: float = 0.0
     drive_front: float = 0.0
     brake_front: float | None = None
+    length: float = 0.0
+    width: float = 0.0
+    limits: VehicleLimits = field(default_factory=VehicleLimits)
 
     def __post_init__(self) -> None:
         for item in fields(self):
             value, name = getattr(self, item.name), f"VehicleParameters.{item.name}"
             if item.name in ("front", "rear"):
                 checked(value, name, TyreParameters)
-            elif item.name in ("h", "b_lon", "b_lat"):
+            elif item.name == "limits":
+                checked(value, name, VehicleLimits)
+            elif item.name in ("h", "b_lon", "b_lat", "length", "width"):
                 non_negative_number(value, name)
             elif item.name == "drive_front" or (item.name == "brake_front" and value is not None):
                 share(value, name)
@@ -94,6 +119,42 @@ class VehicleParameters:
                 continue
             else:
                 positive_number(value, name)
+        object.__setattr__(self, "length", self.length or self.wheelbase + 2.0 * self.r)
+        object.__setattr__(self, "width", self.width or 2.0 * self.t_w)
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> VehicleParameters:
+        """A car from a file.
+
+        Parameters
+        ----------
+        path : str or Path
+            Of a TOML file: a key for each parameter, tables `[front]` and `[rear]` for those of the tyres,
+            `[front.magic_formula]` and `[rear.magic_formula]` for coefficients, and `[limits]`.
+
+        Raises
+        ------
+        ArgumentError
+            If the file is no TOML, a key is unknown or missing, or a value cannot work.
+        OSError
+            If the file cannot be read.
+        """
+        return read_dataclass(cls, path)
+
+    def to_toml(self, path: str | Path) -> None:
+        """Write a file that `from_toml` reads; an old one is replaced.
+
+        Parameters
+        ----------
+        path : str or Path
+            Where to; the folder must exist.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written.
+        """
+        write_dataclass(self, path)
 
     @property
     def wheelbase(self) -> float:
@@ -123,55 +184,3 @@ class VehicleParameters:
             "w_r": speed / self.r,
             "delta": np.arctan(self.wheelbase * curvature),
         }
-
-
-_PAPER_TYRE = TyreParameters(C_s=600_000.0, C_a=250_000.0, mu=0.9)
-
-PAPER_CAR = VehicleParameters(
-    m=200.0,
-    I=150.0,
-    l_f=0.8,
-    l_r=1.0,
-    t_w=0.6,
-    r=0.6,
-    J=0.2,
-    b_lon=0.01,
-    b_lat=0.05,
-    front=_PAPER_TYRE,
-    rear=_PAPER_TYRE,
-)
-"""Table 1 of the paper. The tyres are some fifty times stiffer than ordinary ones; the table is kept for its study."""
-
-
-def _passenger_car() -> VehicleParameters:
-    """A BMW 320i, vehicle 2 of Althoff and Wuersching, "CommonRoad: Vehicle Models" (2020), tables 6 and 7.
-
-    There the stiffness of a tyre is a multiple of its normal load: p_kx1 = 22.303 along, p_ky1 = 21.92 per
-    radian across; the lateral peak friction is p_dy1 = 1.0489. The drag coefficients, which that report leaves
-    out, are 1/2 rho c A with rho = 1.2 kg/m^3: c = 0.3 and A = 2.1 m^2 along, c = 1.0 and A = 3.5 m^2 across.
-    """
-    m, l_f, l_r = 1093.2952334674046, 1.1561957064, 1.4227170936
-
-    def tyre(load: float) -> TyreParameters:
-        return TyreParameters(C_s=22.303 * load, C_a=21.92 * load, mu=1.0489)
-
-    half_weight = 0.5 * m * GRAVITY / (l_f + l_r)
-    return VehicleParameters(
-        m=m,
-        I=1791.5995300122856,
-        l_f=l_f,
-        l_r=l_r,
-        t_w=0.25 * (1.38684 + 1.36398),
-        r=0.344,
-        J=1.7,
-        b_lon=0.38,
-        b_lat=2.1,
-        front=tyre(half_weight * l_r),
-        rear=tyre(half_weight * l_f),
-        h=0.5748689544,
-        brake_front=0.66,
-    )
-
-
-PASSENGER_CAR = _passenger_car()
-"""A BMW 320i after CommonRoad vehicle 2; see `_passenger_car` for the sources of each figure."""
