@@ -87,18 +87,22 @@ def test_friction_may_differ_from_left_to_right():
     assert slides["omega"] == pytest.approx(moment / PASSENGER_CAR.I, rel=1e-4)
 
 
+COASTING = replace(PASSENGER_CAR, brake_front=None)
+"""Its front wheels roll, whatever the torque."""
+
+
 def braking():
     """A car that shall stop, and may lock no wheel."""
     problem = rumo.Problem(
-        dynamic_bicycle(PASSENGER_CAR),
+        dynamic_bicycle(COASTING),
         horizon=12,
         sampling_time=0.04,
         track={"v_x": rumo.Weight(1.0, range=10.0)},
         moves={"torque": rumo.Weight(1e-3, range=3000.0), "steering_rate": rumo.Weight(1.0, range=3.0)},
         bounds={"torque": (-3000.0, 3000.0)},
-        constraints=friction_circles(PASSENGER_CAR, rumo.Penalty(10.0)),
+        constraints=friction_circles(COASTING, rumo.Penalty(10.0)),
     )
-    wheels = SPEED / PASSENGER_CAR.r
+    wheels = SPEED / COASTING.r
     state = {"v_x": SPEED, "w_f": wheels, "w_r": wheels}
     return problem, problem.model.states.vector(state, "x", np.zeros(9))
 
@@ -112,8 +116,8 @@ def test_friction_by_stage_limits_what_is_planned_there():
     best = rumo.DirectNlp(problem).step(x, {"v_x": 0.0})
     braked = np.diff(plan.x["v_x"]) / 0.04
     np.testing.assert_allclose(braked, np.diff(best.x["v_x"]) / 0.04, atol=0.02)
-    limit = 2.0 * mu * PASSENGER_CAR.rear_load / PASSENGER_CAR.m
-    drag = PASSENGER_CAR.b_lon * SPEED**2 / PASSENGER_CAR.m
+    limit = 2.0 * mu * COASTING.rear_load / COASTING.m
+    drag = COASTING.b_lon * SPEED**2 / COASTING.m
     # The front wheels roll along and slow the car by their inertia alone.
     np.testing.assert_allclose(-braked[2:6], limit[2:6] + drag, rtol=0.03)
     np.testing.assert_allclose(-braked[7:], limit[7:] + drag, rtol=0.05)

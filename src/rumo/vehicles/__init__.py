@@ -1,12 +1,13 @@
 """Road vehicles: parameter sets, tyres, a prediction model and a plant."""
 
 from rumo.vehicles.bicycle import dynamic_bicycle, friction_circles
-from rumo.vehicles.commands import Acceleration, AxleTorques, RearTorque, SteeringAngle, SteeringRate, WheelTorques
 from rumo.vehicles.coefficients import MagicFormulaCoefficients
+from rumo.vehicles.commands import Acceleration, AxleTorques, RearTorque, SteeringAngle, SteeringRate, WheelTorques
 from rumo.vehicles.errata import AsPrinted
 from rumo.vehicles.four_wheel import four_wheel
 from rumo.vehicles.limits import VehicleLimits
 from rumo.vehicles.parameters import TyreParameters, VehicleParameters
+from rumo.vehicles.rolling_bicycle import frenet_bicycle, friction_ellipses, rolling_bicycle, slip_limits
 from rumo.vehicles.sets import (
     COMMONROAD_1,
     COMMONROAD_3,
@@ -16,7 +17,6 @@ from rumo.vehicles.sets import (
     TYRE_235_60_R16,
     VEHICLES,
 )
-from rumo.vehicles.rolling_bicycle import frenet_bicycle, friction_ellipses, rolling_bicycle, slip_limits
 from rumo.vehicles.tyres import Dugoff, LinearTyre, MagicFormula, ModifiedDugoff, SaturatingTyre, Tyre, UpToPeak
 
 __all__ = [

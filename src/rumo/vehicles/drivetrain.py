@@ -11,12 +11,10 @@ from typing import Any
 
 import casadi as ca
 
-from rumo.vehicles.parameters import GRAVITY, VehicleParameters
+from rumo.vehicles.parameters import VehicleParameters
 
 CREEPING = 0.5
 """Speed [m/s] about which the motor takes over from the brakes."""
-BLEND = 0.005
-"""Of the weight's torque: about 0, a torque is part drive and part brake."""
 LOCKING = 1.0
 """Speed of a wheel [rad/s] below which brakes let go of it: they hold what turns, and turn nothing backwards."""
 
@@ -26,7 +24,7 @@ def axle_torques(torque: Any, v_x: Any, parameters: VehicleParameters) -> tuple[
     drive, brake = parameters.drive_front, parameters.brake_front
     if brake is None:
         return drive * torque, (1.0 - drive) * torque
-    driving, braking = _parts(torque, v_x, parameters)
+    driving, braking = _parts(torque, v_x)
     front = drive * driving + brake * braking
     return front, torque - front
 
@@ -35,15 +33,13 @@ def held(torque: Any, wheel_speed: Any, v_x: Any, parameters: VehicleParameters)
     """Torque on a wheel [N m] of what brakes would give it if they could turn it backwards."""
     if parameters.brake_front is None:
         return torque
-    driving, braking = _parts(torque, v_x, parameters)
+    driving, braking = _parts(torque, v_x)
     turning = ca.fmax(wheel_speed, 0.0) / ca.sqrt(wheel_speed**2 + LOCKING**2)
     return driving + turning * braking
 
 
-def _parts(torque: Any, v_x: Any, parameters: VehicleParameters) -> tuple[Any, Any]:
+def _parts(torque: Any, v_x: Any) -> tuple[Any, Any]:
     """What of a torque drives, and what brakes."""
-    blend = BLEND * parameters.m * GRAVITY * parameters.r
-    negative = 0.5 * (torque - ca.sqrt(torque**2 + blend**2))
-    forward = ca.fmax(v_x, 0.0)
-    braking = negative * forward**2 / (forward**2 + CREEPING**2)
+    forward = (ca.fmax(v_x, 0.0) / CREEPING) ** 4
+    braking = ca.fmin(torque, 0.0) * forward / (forward + 1.0)
     return torque - braking, braking

@@ -140,6 +140,6 @@ COMMONROAD_3 = _car(
     speed=41.7,
     switching_speed=7.824,
     drive_front=0.0,
-    brake_front=0.66,
+    brake_front=0.64,
 )
 """A VW Vanagon, vehicle 3; drag of c = 0.44 and A = 3.0 m^2 along, c = 1.0 and A = 7.0 m^2 across."""

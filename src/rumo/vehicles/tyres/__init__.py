@@ -8,4 +8,14 @@ from rumo.vehicles.tyres.modified_dugoff import ModifiedDugoff
 from rumo.vehicles.tyres.saturating import SaturatingTyre
 from rumo.vehicles.tyres.up_to_peak import UpToPeak
 
-__all__ = ["EPS_SPEED", "Dugoff", "LinearTyre", "MagicFormula", "ModifiedDugoff", "SaturatingTyre", "Tyre", "UpToPeak", "slip"]
+__all__ = [
+    "EPS_SPEED",
+    "Dugoff",
+    "LinearTyre",
+    "MagicFormula",
+    "ModifiedDugoff",
+    "SaturatingTyre",
+    "Tyre",
+    "UpToPeak",
+    "slip",
+]
