@@ -3,6 +3,7 @@
 from rumo.estimation.base import Estimate, Estimator, RunningEstimator, Unfiltered
 from rumo.estimation.butterworth import Butterworth
 from rumo.estimation.consistency import Consistency, consistency
+from rumo.estimation.delay import DelayMonitor
 from rumo.estimation.ekf import ExtendedKalman, ExtraState, OutlierGate
 from rumo.estimation.innovation import Innovation
 from rumo.estimation.tuning import fit_process_noise
@@ -10,6 +11,7 @@ from rumo.estimation.tuning import fit_process_noise
 __all__ = [
     "Butterworth",
     "Consistency",
+    "DelayMonitor",
     "Estimate",
     "Estimator",
     "ExtendedKalman",
