@@ -38,6 +38,15 @@ public:
                                     said.writable()) != 0;
     }
 
+    // The same for the model alone.
+    bool linearise(nb::handle x, nb::handle u, nb::handle p, nb::handle A, nb::handle y, nb::handle H) {
+        const Vector state(x, states(), "x"), input(u, static_cast<std::size_t>(sizes_.inputs), "applied"),
+            parameters(p, static_cast<std::size_t>(sizes_.parameters), "parameters"), of_x(A, states() * states(), "A"),
+            measured(y, outputs(), "y"), of_y(H, outputs() * states(), "H");
+        return api_->filter_linearise(filter_, state.writable(), input.data(), parameters.data(), of_x.writable(),
+                                      measured.writable(), of_y.writable()) != 0;
+    }
+
 private:
     std::size_t states() const { return static_cast<std::size_t>(sizes_.states); }
     std::size_t outputs() const { return static_cast<std::size_t>(sizes_.outputs); }

@@ -62,7 +62,8 @@ NB_MODULE(_core, module) {
     nb::class_<Filter>(module, "Filter")
         .def(nb::init<nb::dict, nb::dict>(), "description"_a, "settings"_a)
         .def("covariance", &Filter::covariance)
-        .def("advance", &Filter::advance);
+        .def("advance", &Filter::advance)
+        .def("linearise", &Filter::linearise);
     nb::class_<Qp>(module, "Qp")
         .def(nb::init<int, int>(), "variables"_a, "rows"_a)
         .def("solve", &Qp::solve, "hessian"_a, "gradient"_a, "lower"_a, "upper"_a, "matrix"_a, "row_lower"_a,

@@ -262,6 +262,9 @@ typedef struct rumo_api {
      * normalised innovation squared of these, and the logarithm of the determinant of their covariance. */
     int (*filter_advance)(rumo_filter *, const double *before, const double *u, const double *p, const double *y,
                           double *after, double *report);
+    /* The state x (n,) after a step, in place, with its derivatives A (n, n), outputs y (m,) there and theirs H (m, n) by that
+     * state; 0 if the model has no finite value there. */
+    int (*filter_linearise)(rumo_filter *, double *x, const double *u, const double *p, double *A, double *y, double *H);
 } rumo_api;
 
 #ifdef __cplusplus

@@ -43,6 +43,7 @@
 #define create_filter NULL
 #define filter_covariance NULL
 #define filter_advance NULL
+#define filter_linearise NULL
 #endif
 
 #ifndef RUMO_TABLE
@@ -108,4 +109,5 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     create_filter,
     filter_covariance,
     filter_advance,
+    filter_linearise,
 };

@@ -20,6 +20,21 @@ static void check_covariance(const char *name, const filter_of *f) {
     }
 }
 
+/* The model alone leads where a filter goes that is told nothing. */
+static void check_model(const char *name, const filter_of *f) {
+    const int n = f->s->states, m = f->s->outputs;
+    double *x = filled(n, 0.0), *A = filled(n * n, 0.0), *y = filled(m, 0.0), *H = filled(m * n, 0.0);
+    copy(x, f->belief, n);
+    f->u[0] = 0.1;
+    for (int j = 0; j < m; ++j) f->y[j] = NAN;
+    CHECK(rumo_core.filter_linearise(f->filter, x, f->u, f->p, A, y, H), "%s: no model", name);
+    CHECK(rumo_core.filter_advance(f->filter, f->belief, f->u, f->p, f->y, f->after, f->report), "%s: no step", name);
+    for (int i = 0; i < n; ++i) CHECK(x[i] == f->after[i], "%s: x[%d] %g, %g", name, i, x[i], f->after[i]);
+    for (int j = 0; j < m; ++j) CHECK(y[j] == x[j], "%s: y[%d] %g, %g", name, j, y[j], x[j]);
+    x[0] = NAN;
+    CHECK(!rumo_core.filter_linearise(f->filter, x, f->u, f->p, A, y, H), "%s: from nowhere", name);
+}
+
 static void follow(const fixture *fixture, double width) {
     const filter_of f = filter_for(fixture, width);
     int lost = 0, refused = 0;
@@ -38,6 +53,7 @@ static void follow(const fixture *fixture, double width) {
         }
         CHECK(f.report[3 * f.s->outputs] >= 0.0, "%s: NIS %g", fixture->name, f.report[3 * f.s->outputs]);
     }
+    check_model(fixture->name, &f);
     CHECK(lost == 6, "%s: lost %d times", fixture->name, lost);
     CHECK((refused > 0) == (width < (double)INFINITY), "%s: refused %d", fixture->name, refused);
 }

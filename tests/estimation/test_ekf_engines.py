@@ -38,7 +38,7 @@ def assert_same(problem, samples, torques, rtol=1e-7, **settings):
 SCHEMES = (None, rumo.Radau2(), rumo.Trapezoidal(substeps=2), rumo.Rk4(substeps=2), rumo.Sdirk2())
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     st.sampled_from(SCHEMES),
     st.sets(st.sampled_from(["angle", "rate", "height", "force"]), min_size=1),

@@ -99,6 +99,23 @@ static int predict_state(rumo_filter *f, double *x, const double *u, const doubl
     return 1;
 }
 
+/* Output r there. */
+static double predicted_output(const rumo_filter *f, int r) {
+    const stage_maps *m = &f->stages;
+    return linearised(m, f->problem.y_first, r, &m->Cx, &m->Cu, 0, f->dx + f->s.ldx, NULL, 0.0);
+}
+
+/* The state after a share of a sample, in place, with its derivatives (n, n), outputs (m,) there and theirs (m, n) by that
+ * state; 0 if there is none. */
+static int filter_linearise(rumo_filter *f, double *x, const double *u, const double *p, double *A, double *y, double *H) {
+    const int n = f->s.nx, m = f->s.ny;
+    if (!predict_state(f, x, u, p)) return 0;
+    copy(A, f->A, n * n);
+    copy(H, f->H, m * n);
+    for (int r = 0; r < m; ++r) y[r] = predicted_output(f, r);
+    return all_finite(x, n) && all_finite(y, m);
+}
+
 /* P = A P A' + Q, and no variance below its floor. */
 static void predict_covariance(rumo_filter *f, double *ud, double share) {
     const int n = f->s.nx, k = 2 * n;
@@ -137,8 +154,7 @@ static void judge(rumo_filter *f, double *ud, double *refused, const double *y, 
     const double width = *f->data.width;
     for (int r = 0; r < s->ny; ++r) {
         const double turn = f->data.turns[r];
-        double left = y[r] - linearised(&f->stages, f->problem.y_first, r, &f->stages.Cx, &f->stages.Cu, 0, f->dx + s->ldx,
-                                        NULL, 0.0);
+        double left = y[r] - predicted_output(f, r);
         f->taken[r] = innovation[r] = deviation[r] = NAN;
         used[r] = 0.0;
         if (!isfinite(left)) continue;

@@ -6,6 +6,7 @@ from rumo.estimation.consistency import Consistency, consistency
 from rumo.estimation.delay import DelayMonitor
 from rumo.estimation.ekf import ExtendedKalman, ExtraState, OutlierGate
 from rumo.estimation.innovation import Innovation
+from rumo.estimation.mhe import MovingHorizon
 from rumo.estimation.tuning import fit_process_noise
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "ExtendedKalman",
     "ExtraState",
     "Innovation",
+    "MovingHorizon",
     "OutlierGate",
     "RunningEstimator",
     "Unfiltered",

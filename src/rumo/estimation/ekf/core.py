@@ -59,3 +59,11 @@ class CoreFilter:
         if not self._filter.advance(belief, applied, parameters, measured, after, report):
             raise np.linalg.LinAlgError("the filter left the finite numbers")
         return after, report
+
+    def linearise(self, x: Array, applied: Array, parameters: Array) -> tuple[Array, Array, Array, Array]:
+        """See `FilterEngine.linearise`."""
+        n, m = self._n, self._m
+        after, A, y, H = x.copy(), np.empty((n, n)), np.empty(m), np.empty((m, n))
+        if not self._filter.linearise(after, applied, parameters, A, y, H):
+            raise np.linalg.LinAlgError("the model has no finite value")
+        return after, A, y, H

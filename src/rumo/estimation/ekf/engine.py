@@ -82,3 +82,13 @@ class FilterEngine(Protocol):
             If the model has no finite value there.
         """
         ...
+
+    def linearise(self, x: Array, applied: Array, parameters: Array) -> tuple[Array, Array, Array, Array]:
+        """State after a share of a sample (n,), its derivatives (n, n), what is measured there (m,), and theirs (m, n).
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            If the model has no finite value there.
+        """
+        ...

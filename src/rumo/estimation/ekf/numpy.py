@@ -47,10 +47,8 @@ class NumpyFilter:
     def _advance(self, belief: Array, applied: Array, parameters: Array, measured: Array) -> tuple[Array, Array]:
         numbers = self._numbers
         x, factor, refused = self._parts(belief.copy())
-        w, sensitivity = self._transcription.advance(x, applied, parameters)
-        x, factor = w[: self._n], self._predicted(sensitivity[: self._n] @ factor, share=parameters[-1])
-        y, H = (value.full() for value in self._measurements(w[: self._variables], applied, parameters))
-        innovation = measured - y.ravel()
+        x, A, y, H = self._linearised(x, applied, parameters)
+        factor, innovation = self._predicted(A @ factor, share=parameters[-1]), measured - y
         turns = np.where(numbers.turn > 0.0, np.floor(innovation / numbers.turn + 0.5), 0.0)
         innovation = np.where(np.isfinite(innovation), innovation - turns * numbers.turn, np.nan)
 
@@ -63,6 +61,16 @@ class NumpyFilter:
             raise np.linalg.LinAlgError("the filter left the finite numbers")
         return belief, np.concatenate([innovation, deviations, 1.0 * used, sums])
 
+    def linearise(self, x: Array, applied: Array, parameters: Array) -> tuple[Array, Array, Array, Array]:
+        """See `FilterEngine.linearise`."""
+        with interruptible():
+            return self._linearised(x, applied, parameters)
+
+    def _linearised(self, x: Array, applied: Array, parameters: Array) -> tuple[Array, Array, Array, Array]:
+        w, sensitivity = self._transcription.advance(x, applied, parameters)
+        y, H = (value.full() for value in self._measurements(w[: self._variables], applied, parameters))
+        return w[: self._n], sensitivity[: self._n], y.ravel(), H
+
     def _parts(self, belief: Array) -> tuple[Array, Array, Array]:
         n = self._n
         return belief[:n], belief[n : n + n * n].reshape(n, n), belief[n + n * n :]
@@ -71,7 +79,7 @@ class NumpyFilter:
         """Factor of A P A' + Q, with no variance below its floor."""
         process = share * self._numbers.process
         lacking = self._numbers.floor - (AS**2).sum(axis=1)
-        return _triangular(np.hstack([AS, np.diag(np.sqrt(np.maximum(process, lacking)))]))
+        return triangular(np.hstack([AS, np.diag(np.sqrt(np.maximum(process, lacking)))]))
 
     def _gated(
         self, factor: Array, H: Array, innovation: Array, refused: Array
@@ -93,7 +101,7 @@ class NumpyFilter:
                     used[j] = False
                     continue
                 along = factor @ (factor.T @ H[j])
-                factor = _triangular(np.column_stack([factor, along * np.sqrt(wanted - variances[j]) / seen]))
+                factor = triangular(np.column_stack([factor, along * np.sqrt(wanted - variances[j]) / seen]))
                 variances[j] = wanted
             refused[j] = 0.0
         return factor, np.sqrt(variances), used
@@ -103,10 +111,10 @@ class NumpyFilter:
         """Factor of the innovations' covariance, the gain for innovations divided by it, and the factor of P after."""
         m = len(H)
         array = np.block([[np.diag(np.sqrt(noise)), H @ factor], [np.zeros((len(factor), m)), factor]])
-        triangular = _triangular(array)
-        return triangular[:m, :m], triangular[m:, :m], triangular[m:, m:]
+        lower = triangular(array)
+        return lower[:m, :m], lower[m:, :m], lower[m:, m:]
 
 
-def _triangular(array: Array) -> Array:
+def triangular(array: Array) -> Array:
     """The lower triangular L, square, with L L' = array array'."""
     return np.linalg.qr(array.T).R.T

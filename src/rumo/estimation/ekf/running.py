@@ -52,10 +52,11 @@ class _Sample:
     measured: Array
 
 
-class RunningExtendedKalman:
-    """A filter with memory; it starts when each state without a first estimate has been measured once.
+@dataclass(frozen=True, eq=False)
+class FilterParts:
+    """What a filter is made of.
 
-    Parameters
+    Attributes
     ----------
     model : AugmentedModel
         What is estimated.
@@ -67,10 +68,44 @@ class RunningExtendedKalman:
         Where it starts.
     late : ndarray, shape (m,)
         Samples, and fractions of one, from a measurement to its arrival.
-    states : int
-        Number nx of states of the controller's model, the first of those estimated.
+    states : tuple of str
+        Names of the controller's states, the first of those estimated,
     parameters, biases : tuple of str
-        Names of the others.
+        and of the others.
+    """
+
+    model: AugmentedModel
+    engine: FilterEngine
+    numbers: FilterNumbers
+    first: FirstBelief
+    late: Array
+    states: tuple[str, ...]
+    parameters: tuple[str, ...]
+    biases: tuple[str, ...]
+
+    def estimate(self, x: Array, covariance: Array, innovation: Innovation | None) -> Estimate:
+        """Of all that is estimated, x (n,) with covariance (n, n)."""
+        nx, p = len(self.states), len(self.states) + len(self.parameters)
+        if not self.parameters and not self.biases:
+            return Estimate(x.copy(), covariance, innovation=innovation)
+        values, deviations = x[nx : len(covariance)].tolist(), np.sqrt(np.diag(covariance)[nx:]).tolist()
+        return Estimate(
+            x[:nx].copy(),
+            covariance[:nx, :nx].copy(),
+            dict(zip(self.parameters, values, strict=False)),
+            dict(zip(self.biases, values[p - nx :], strict=True)),
+            dict(zip((*self.parameters, *self.biases), deviations, strict=True)),
+            innovation,
+        )
+
+
+class RunningExtendedKalman:
+    """A filter with memory; it starts when each state without a first estimate has been measured once.
+
+    Parameters
+    ----------
+    parts : FilterParts
+        What it is made of.
 
     Attributes
     ----------
@@ -80,37 +115,34 @@ class RunningExtendedKalman:
         "portable" for the C core, "reference" for NumPy.
     """
 
-    def __init__(
-        self,
-        model: AugmentedModel,
-        engine: FilterEngine,
-        numbers: FilterNumbers,
-        first: FirstBelief,
-        late: Array,
-        states: int,
-        parameters: tuple[str, ...],
-        biases: tuple[str, ...],
-    ) -> None:
-        self._model, self._engine, self._numbers, self._first = model, engine, numbers, first
-        self._states, self._parameters, self._biases = states, parameters, biases
+    def __init__(self, parts: FilterParts) -> None:
+        self._parts, self._numbers, late = parts, parts.numbers, parts.late
+        self._model, self._engine, self._first = parts.model, parts.engine, parts.first
+        self._states = len(parts.states)
         self._whole = np.floor(late + SAME_TIME).astype(int)
         ends = 1.0 - np.maximum(late - self._whole, 0.0)
         ends[ends > 1.0 - SAME_TIME] = 1.0
         # When, as a share of the sample, measurements are made, and which.
         self._times = [(float(end), ends == end) for end in sorted({*ends.tolist(), 1.0})]
         self._oldest = int(self._whole.max(initial=0))
-        self._prompt = np.zeros(len(late), dtype=bool)
-        self._prompt[(self._whole == 0) & (ends == 1.0)] = True
-        self._seen = first.x
+        self._prompt = (self._whole == 0) & (ends == 1.0)
+        self._seen = self._first.x
         self._belief: Array | None = None
         self._recent: deque[_Sample] = deque()
         self.innovation: Innovation | None = None
-        self.backend = engine.backend
+        self.backend = self._engine.backend
 
     @property
     def goes_back(self) -> bool:
         """Whether some measurements are late, so that innovations are not those of the sample that came last."""
         return self._oldest > 0 or len(self._times) > 1
+
+    @property
+    def belief(self) -> tuple[Array, Array] | None:
+        """All that is estimated (n,) and its covariance (n, n), of the latest sample that is complete."""
+        if self._belief is None:
+            return None
+        return self._belief[: self._model.size].copy(), self._engine.covariance(self._belief)
 
     def forget(self) -> None:
         """Start anew at the next sample."""
@@ -198,19 +230,8 @@ class RunningExtendedKalman:
         return x
 
     def _estimate(self, belief: Array) -> Estimate:
-        nx, p = self._states, self._states + len(self._parameters)
-        covariance = self._engine.covariance(belief)
-        if not self._parameters and not self._biases:
-            return Estimate(belief[:nx].copy(), covariance, innovation=self.innovation)
-        values, deviations = belief[nx : len(covariance)].tolist(), np.sqrt(np.diag(covariance)[nx:]).tolist()
-        return Estimate(
-            belief[:nx].copy(),
-            covariance[:nx, :nx].copy(),
-            dict(zip(self._parameters, values, strict=False)),
-            dict(zip(self._biases, values[p - nx :], strict=True)),
-            dict(zip((*self._parameters, *self._biases), deviations, strict=True)),
-            self.innovation,
-        )
+        n = self._model.size
+        return self._parts.estimate(belief[:n], self._engine.covariance(belief), self.innovation)
 
 
 def _innovation(report: Array) -> Innovation:

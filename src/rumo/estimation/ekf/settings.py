@@ -24,7 +24,7 @@ from rumo.estimation.ekf.augmented import AugmentedModel
 from rumo.estimation.ekf.core import CoreFilter, can_compute
 from rumo.estimation.ekf.engine import FilterNumbers
 from rumo.estimation.ekf.numpy import NumpyFilter
-from rumo.estimation.ekf.running import FirstBelief, RunningExtendedKalman
+from rumo.estimation.ekf.running import FilterParts, FirstBelief, RunningExtendedKalman
 from rumo.problem import Problem
 from rumo.signals import Array, Signals
 
@@ -134,6 +134,15 @@ class ExtendedKalman:
 
         Innovations of angles are wrapped: of states that are angles to the problem, and of what else is in rad.
         """
+        return RunningExtendedKalman(self.parts(problem, measured, discretization))
+
+    def parts(
+        self,
+        problem: Problem,
+        measured: Sequence[str] | None = None,
+        discretization: Discretization | None = None,
+    ) -> FilterParts:
+        """What such a filter is made of, for estimators that are built around it."""
         model, signals = problem.model, measured_signals(problem.model, measured)
         extra = self._extra(problem, signals)
         parameters = tuple(name for name in extra if name in model.parameters)
@@ -146,8 +155,8 @@ class ExtendedKalman:
         late = self.lateness(signals, problem.sampling_time)
         first = self._first(problem, signals, late, numbers, parameters, biases)
         engine = CoreFilter if self._backend(augmented) == "portable" else NumpyFilter
-        return RunningExtendedKalman(
-            augmented, engine(augmented, numbers), numbers, first, late, len(model.states), parameters, biases
+        return FilterParts(
+            augmented, engine(augmented, numbers), numbers, first, late, model.states.names, parameters, biases
         )
 
     def lateness(self, measured: Signals, sampling_time: float) -> Array:
