@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from model_values import derivative
-from pytest import approx
 
 import rumo
 from rumo.vehicles import (
@@ -36,20 +35,20 @@ def wheel_torques(car, torque, speed, **options):
 
 def test_driving_and_braking_have_splits_of_their_own():
     driven = wheel_torques(ALL_WHEELS, {"torque": 100.0}, 20.0)
-    assert driven == approx({"fl": 40.0, "fr": 40.0, "rl": 60.0, "rr": 60.0}, rel=1e-3)
+    assert driven == pytest.approx({"fl": 40.0, "fr": 40.0, "rl": 60.0, "rr": 60.0}, rel=1e-3)
     braked = wheel_torques(ALL_WHEELS, {"torque": -100.0}, 20.0)
-    assert braked == approx({"fl": -70.0, "fr": -70.0, "rl": -30.0, "rr": -30.0}, rel=1e-3)
+    assert braked == pytest.approx({"fl": -70.0, "fr": -70.0, "rl": -30.0, "rr": -30.0}, rel=1e-3)
 
 
 def test_without_brakes_the_motor_brakes_what_it_drives():
     braked = wheel_torques(PAPER_CAR, {"torque": -100.0}, 20.0)
-    assert braked == approx({"fl": 0.0, "fr": 0.0, "rl": -100.0, "rr": -100.0}, abs=1e-9)
+    assert braked == pytest.approx({"fl": 0.0, "fr": 0.0, "rl": -100.0, "rr": -100.0}, abs=1e-9)
 
 
 def test_a_car_with_brakes_can_be_driven_backwards():
     for speed in (0.0, -3.0):
         driven = wheel_torques(PASSENGER_CAR, {"torque": -100.0}, speed)
-        assert driven == approx({"fl": 0.0, "fr": 0.0, "rl": -100.0, "rr": -100.0}, abs=1e-9)
+        assert driven == pytest.approx({"fl": 0.0, "fr": 0.0, "rl": -100.0, "rr": -100.0}, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -64,7 +63,7 @@ def test_a_car_with_brakes_can_be_driven_backwards():
 )
 def test_every_drive_can_say_the_same(drive, command):
     said = wheel_torques(PASSENGER_CAR, command, 20.0, drive=drive)
-    assert said == approx({"fl": 0.0, "fr": 0.0, "rl": 100.0, "rr": 100.0}, abs=1e-6)
+    assert said == pytest.approx({"fl": 0.0, "fr": 0.0, "rl": 100.0, "rr": 100.0}, abs=1e-6)
 
 
 def test_a_steering_angle_is_what_its_rate_leads_to():
@@ -73,7 +72,7 @@ def test_a_steering_angle_is_what_its_rate_leads_to():
         x = {"v_x": 15.0, "v_y": 0.3, "omega": 0.2, **{name: 40.0 for name in by_angle.states if name[:2] == "w_"}}
         one = derivative(by_rate, {**x, "delta": 0.05})
         other = derivative(by_angle, x, {"steering_angle": 0.05})
-        assert other == approx({name: rate for name, rate in one.items() if name != "delta"})
+        assert other == pytest.approx({name: rate for name, rate in one.items() if name != "delta"})
 
 
 @pytest.mark.parametrize("car", [PASSENGER_CAR, replace(PASSENGER_CAR, brake_front=0.3)])
@@ -99,5 +98,5 @@ def test_what_is_no_input_is_refused():
         four_wheel(PASSENGER_CAR, drive="torque")
     with pytest.raises(rumo.ArgumentError, match="steering: got <class"):
         rolling_bicycle(PASSENGER_CAR, steering=SteeringAngle)
-    with pytest.raises(rumo.ArgumentError, match="drive_front: got 1.2, expected a share from 0 to 1"):
+    with pytest.raises(rumo.ArgumentError, match=r"drive_front: got 1\.2, expected a share from 0 to 1"):
         replace(PASSENGER_CAR, drive_front=1.2)

@@ -211,9 +211,7 @@ def test_bicycle_errs_by_the_square_of_the_track_only(car, name):
 def test_load_transfer_keeps_the_weight_and_balances_the_moments(torque, v_x, omega):
     car = PASSENGER_CAR
     push = 2.0 * torque / car.r
-    loads = {
-        name: float(load) for name, load in _loads(SimpleNamespace(v_x=v_x, omega=omega), push, car, True).items()
-    }
+    loads = {name: float(load) for name, load in _loads(SimpleNamespace(v_x=v_x, omega=omega), push, car, True).items()}
     assert sum(loads.values()) == pytest.approx(car.m * GRAVITY)
     pitch = (loads["rl"] + loads["rr"]) * car.l_r - (loads["fl"] + loads["fr"]) * car.l_f
     roll = (loads["fr"] + loads["rr"] - loads["fl"] - loads["rl"]) * car.t_w

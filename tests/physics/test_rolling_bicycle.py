@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from model_values import derivative
-from pytest import approx
 
 import rumo
 from rumo.vehicles import (
@@ -51,7 +50,7 @@ def test_without_slip_it_is_the_bicycle_with_wheels(name):
     turning = {"w_f": (12.0 * np.cos(0.01) + (0.1 + car.l_f * 0.05) * np.sin(0.01)) / car.r, "w_r": 12.0 / car.r}
     spinning = derivative(dynamic_bicycle(car), {**x, **turning}, p={"wind_speed": 3.0})
     for state in rolling:
-        assert rolling[state] == approx(spinning[state], rel=1e-6, abs=1e-9), state
+        assert rolling[state] == pytest.approx(spinning[state], rel=1e-6, abs=1e-9), state
 
 
 def test_a_torque_pushes_and_friction_is_left_for_the_side():
@@ -59,7 +58,7 @@ def test_a_torque_pushes_and_friction_is_left_for_the_side():
     x = {"v_x": 20.0, "v_y": -4.0}  # sliding: the tyres give all they can
     coasting, braking = (derivative(model, x, {"torque": torque}) for torque in (0.0, -1200.0))
     pushed = -2.0 * 1200.0 / (CAR.r * CAR.m)
-    assert braking["v_x"] - coasting["v_x"] == approx(pushed, rel=1e-9)
+    assert braking["v_x"] - coasting["v_x"] == pytest.approx(pushed, rel=1e-9)
     assert 0.0 < braking["v_y"] + x["v_x"] * 0.0 < coasting["v_y"]
     # What is left is the circle's: mu sqrt(1 - (F_x / (mu F_z))^2), axle by axle, as Dugoff makes of it.
     left = 0.0
@@ -69,7 +68,7 @@ def test_a_torque_pushes_and_friction_is_left_for_the_side():
         demand = tyre.C_a * 4.0 / np.hypot(20.0, 0.1)
         left += 2.0 * friction * load * (1.0 - friction * load / (4.0 * demand))
     q = -4.0 * abs(4.0)
-    assert braking["v_y"] == approx((left - CAR.b_lat * q) / CAR.m, rel=1e-3)
+    assert braking["v_y"] == pytest.approx((left - CAR.b_lat * q) / CAR.m, rel=1e-3)
 
 
 @pytest.mark.parametrize("v_y", [-1.2, -2.0, -3.0])
@@ -88,7 +87,7 @@ def test_load_transfer_costs_grip_as_in_the_four_wheel_car(v_y):
             (rolling_bicycle(CAR, ModifiedDugoff(), load_transfer=False), x),
         )
     )
-    assert bicycle == approx(plant, rel=5e-3)
+    assert bicycle == pytest.approx(plant, rel=5e-3)
     assert static > 1.03 * plant
 
 
@@ -110,11 +109,11 @@ def test_a_path_that_turns_is_the_same_motion():
     )
     tangent = np.array([np.cos(0.7), np.sin(0.7)])
     ground = np.array([world["p_x"], world["p_y"]])
-    assert beside["s"] * (1.0 - n / radius) == approx(ground @ tangent)
-    assert beside["n"] == approx(ground @ [-tangent[1], tangent[0]])
-    assert beside["heading_error"] == approx(world["psi"] - beside["s"] / radius)
+    assert beside["s"] * (1.0 - n / radius) == pytest.approx(ground @ tangent)
+    assert beside["n"] == pytest.approx(ground @ [-tangent[1], tangent[0]])
+    assert beside["heading_error"] == pytest.approx(world["psi"] - beside["s"] / radius)
     for state in ("v_x", "v_y", "omega", "delta"):
-        assert beside[state] == approx(world[state])
+        assert beside[state] == pytest.approx(world[state])
 
 
 def test_ellipses_are_full_where_the_limit_is():
@@ -128,7 +127,7 @@ def test_ellipses_are_full_where_the_limit_is():
             "friction_front": (0.5 * 0.66 * push / (CAR.mu * (CAR.front_load - to_rear))) ** 2 - 1.0,
             "friction_rear": (0.5 * 0.34 * push / (CAR.mu * (CAR.rear_load + to_rear))) ** 2 - 1.0,
         }
-        assert values(model, ellipses, {"v_x": 30.0}, {"torque": torque}) == approx(full, rel=1e-3)
+        assert values(model, ellipses, {"v_x": 30.0}, {"torque": torque}) == pytest.approx(full, rel=1e-3)
     # In a bend, a driven wheel spins where the inner one has no load left.
     turning = {"v_x": 25.0, "omega": 0.35}
     used = values(model, ellipses, turning, {"torque": 400.0})
@@ -136,7 +135,7 @@ def test_ellipses_are_full_where_the_limit_is():
     to_rear = CAR.h / CAR.wheelbase * 400.0 / CAR.r
     inner = CAR.rear_load + to_rear - transfer
     side = values(model, ellipses, turning)["friction_rear"]
-    assert used["friction_rear"] == approx(side + (400.0 / (CAR.r * CAR.mu * inner)) ** 2, rel=0.2)
+    assert used["friction_rear"] == pytest.approx(side + (400.0 / (CAR.r * CAR.mu * inner)) ** 2, rel=0.2)
 
 
 def test_limits_of_slip_are_at_their_slip():
@@ -144,8 +143,8 @@ def test_limits_of_slip_are_at_their_slip():
     slip = largest * CAR.mu * CAR.front_load / CAR.front.C_a
     at_limit = {"v_x": 20.0, "delta": float(np.arctan(slip))}
     found = values(model, slip_limits(CAR, load_transfer=False, largest=largest), at_limit)
-    assert found["slip_front"] == approx(0.0, abs=1e-3)
-    assert found["slip_rear"] == approx(-1.0, abs=1e-9)
+    assert found["slip_front"] == pytest.approx(0.0, abs=1e-3)
+    assert found["slip_rear"] == pytest.approx(-1.0, abs=1e-9)
 
 
 def test_a_tyre_up_to_its_peak_never_falls():
@@ -154,7 +153,7 @@ def test_a_tyre_up_to_its_peak_never_falls():
     forces = np.array([float(tyre.force(CAR.front, 0.0, t, CAR.front_load, CAR.mu)[1]) for t in slips])
     full = np.array([float(plain.force(CAR.front, 0.0, t, CAR.front_load, CAR.mu)[1]) for t in slips])
     assert (np.diff(forces) > -1e-3 * full.max()).all()
-    assert forces.max() == approx(full.max(), rel=0.02)
+    assert forces.max() == pytest.approx(full.max(), rel=0.02)
     np.testing.assert_allclose(forces[slips < 0.08], full[slips < 0.08], rtol=0.02)
 
 
@@ -165,8 +164,9 @@ finite = st.floats(-1.0, 1.0)
 @given(v_x=st.floats(-10.0, 60.0), v_y=finite, omega=finite, delta=finite, torque=st.floats(-3000.0, 3000.0))
 def test_slopes_are_finite_everywhere(v_x, v_y, omega, delta, torque):
     model = frenet_bicycle(CAR)
-    x = model.states.vector({"s": 0.0, "n": 0.0, "heading_error": 0.1, "v_x": v_x, "v_y": v_y, "omega": omega,
-                             "delta": delta}, "x")
+    x = model.states.vector(
+        {"s": 0.0, "n": 0.0, "heading_error": 0.1, "v_x": v_x, "v_y": v_y, "omega": omega, "delta": delta}, "x"
+    )
     assert np.isfinite(model.jacobian()(x, [torque, 0.0], model.default_parameters).full()).all()
 
 

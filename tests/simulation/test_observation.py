@@ -97,7 +97,7 @@ def test_without_an_estimator_measurements_are_believed():
 
 
 def test_one_who_cannot_be_observed_is_told():
-    with pytest.raises(rumo.ArgumentError, match="observed.*without s, n, heading_error"):
+    with pytest.raises(rumo.ArgumentError, match=r"observed.*without s, n, heading_error"):
         scenario(reference={"n": 0.0, "velocity_across": 0.0, "velocity_along": 10.0}).run()
     with pytest.raises(rumo.ArgumentError, match="observed: got inputs torque, steering_angle"):
         scenario(observed=rolling_bicycle(CAR, steering=rumo.vehicles.SteeringAngle())).run()

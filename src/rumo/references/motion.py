@@ -38,9 +38,16 @@ def check_vehicle(vehicle: Rolling | None) -> None:
 
 def known_signals(vehicle: Rolling | None) -> tuple[str, ...]:
     """Names of all that `motion` gives."""
-    further = () if vehicle is None else tuple(vehicle.rolling(np.ones(1), np.zeros(1)))
-    known = (*SIGNALS, *VELOCITIES, *BESIDE)
-    return (*known, *(name for name in further if name not in known))
+    return tuple(dict.fromkeys((*SIGNALS, *VELOCITIES, *BESIDE, *_further(vehicle))))
+
+
+def state_signals(vehicle: Rolling | None) -> tuple[str, ...]:
+    """Names of those that are states of the car's models by position."""
+    return tuple(dict.fromkeys((*STATES, *_further(vehicle))))
+
+
+def _further(vehicle: Rolling | None) -> tuple[str, ...]:
+    return () if vehicle is None else tuple(vehicle.rolling(np.ones(1), np.zeros(1)))
 
 
 def checked_outputs(outputs: object, vehicle: Rolling | None) -> tuple[str, ...]:

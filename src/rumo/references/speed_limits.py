@@ -11,10 +11,12 @@ from numpy.typing import ArrayLike
 
 from rumo.checks import as_numbers, checked, non_negative_number, positive_number, whole_number
 from rumo.errors import ArgumentError, ShapeError
+from rumo.references.car_limits import accelerations
 from rumo.references.clothoids import checked_curvature
 from rumo.references.paths import Path
 from rumo.references.speed_profile import SpeedProfile
 from rumo.signals import Array
+from rumo.vehicles.parameters import VehicleParameters
 
 GRAVITY = 9.81
 """[m/s^2]"""
@@ -41,6 +43,9 @@ class SpeedLimits:
         Of the engine by mass, which limits driving at speed [W/kg].
     drag : float
         Of the air by mass: it takes `drag v^2` [1/m].
+    braking_left, driving_left : sequence of float, optional
+        Shares of braking and driving that are left while evenly spaced shares of the lateral limit, from 0 to 1, are
+        used: in place of the ellipse.
     """
 
     lateral: float
@@ -49,6 +54,8 @@ class SpeedLimits:
     top: float = 70.0
     power: float = inf
     drag: float = 0.0
+    braking_left: tuple[float, ...] | None = None
+    driving_left: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         for name in ("lateral", "braking", "driving", "top"):
@@ -58,7 +65,11 @@ class SpeedLimits:
         if not isfinite(non_negative_number(self.drag, "drag")):
             raise ArgumentError("drag", repr(self.drag), "a finite number [1/m]")
         for part in fields(self):
-            object.__setattr__(self, part.name, float(getattr(self, part.name)))
+            value = getattr(self, part.name)
+            if part.name not in ("braking_left", "driving_left"):
+                object.__setattr__(self, part.name, float(value))
+            elif value is not None:
+                object.__setattr__(self, part.name, _shares(value, part.name))
 
     @classmethod
     def race(
@@ -67,6 +78,32 @@ class SpeedLimits:
         """A friction circle of a share `grip` of `mu g`, as tyres have it."""
         limit = positive_number(grip, "grip") * positive_number(mu, "mu") * GRAVITY
         return cls(limit, limit, limit, top, power, drag)
+
+    @classmethod
+    def of_car(cls, car: VehicleParameters, grip: float = 0.9, *, mu: float | None = None) -> SpeedLimits:
+        """What the tyres of a car hold at a share `grip` of friction, its motor and its actuators.
+
+        Axle by axle, with loads that follow the accelerations: the inner wheels of a bend carry less, so the car
+        accelerates and brakes less there than a point of its mass would. See `friction_ellipses`.
+
+        Parameters
+        ----------
+        car : VehicleParameters
+            With its `limits`.
+        grip : float
+            Share of friction that is used.
+        mu : float, optional
+            Friction of the road; the car's own if not given.
+        """
+        found = accelerations(car, grip, car.mu if mu is None else mu)
+        most = car.limits
+        along = (np.minimum(found.braking, most.braking), np.minimum(found.driving, most.acceleration))
+        braking, driving = (float(limit.max()) for limit in along)
+        left = [tuple((limit / limit.max()).tolist()) for limit in along]
+        top = min(most.speed, 100.0)
+        return cls(
+            float(found.lateral[-1]), braking, driving, top, most.power / car.m, car.b_lon / car.m, left[0], left[1]
+        )
 
     @classmethod
     def comfort(cls, *, top: float = 36.0) -> SpeedLimits:
@@ -220,20 +257,50 @@ def _around(cap: Array, bends: Array, gaps: Array, limits: SpeedLimits, share: A
 def _there_and_back(cap: Array, bends: Array, gaps: Array, limits: SpeedLimits, share: Array) -> Array:
     """Squared speeds (n,) up to `cap` that driving reaches from station to station, and braking back from each."""
     lateral = bends / (limits.lateral * share)
-    w = _sweep(
-        cap.tolist(), lateral.tolist(), gaps.tolist(), (limits.driving * share).tolist(), limits.power, -limits.drag
-    )
+    driving, braking = _left(limits.driving_left), _left(limits.braking_left)
+    along = (limits.driving * share).tolist()
+    w = _sweep(cap.tolist(), lateral.tolist(), gaps.tolist(), along, driving, limits.power, -limits.drag)
     back = [part[::-1].tolist() for part in (np.array(w), lateral, gaps, limits.braking * share)]
-    return np.array(_sweep(back[0], back[1], back[2], back[3], inf, limits.drag)[::-1])
+    return np.array(_sweep(back[0], back[1], back[2], back[3], braking, inf, limits.drag)[::-1])
+
+
+def _ellipse(used: float) -> float:
+    return sqrt(max(0.0, 1.0 - used * used))
+
+
+def _left(shares: tuple[float, ...] | None) -> Callable[[float], float]:
+    """Share that is left along the path while a share across it is used."""
+    if shares is None:
+        return _ellipse
+    steps = len(shares) - 1
+
+    def interpolated(used: float) -> float:
+        place = min(used, 1.0) * steps
+        i = min(int(place), steps - 1)
+        return shares[i] + (place - i) * (shares[i + 1] - shares[i])
+
+    return interpolated
+
+
+def _shares(values: object, argument: str) -> tuple[float, ...]:
+    shares = as_numbers(values, argument)
+    if shares.ndim != 1 or len(shares) < 2 or not ((shares >= 0.0) & (shares <= 1.0)).all():
+        raise ArgumentError(argument, repr(values), "at least two shares from 0 to 1")
+    return tuple(shares.tolist())
 
 
 def _sweep(
-    w: list[float], lateral: list[float], gaps: Sequence[float], along: list[float], power: float, drag: float
+    w: list[float],
+    lateral: list[float],
+    gaps: Sequence[float],
+    along: list[float],
+    left: Callable[[float], float],
+    power: float,
+    drag: float,
 ) -> list[float]:
     """Squared speeds no higher than an acceleration leads to from the station before."""
     for i, gap in enumerate(gaps):
-        used = w[i] * lateral[i]
-        acceleration = along[i] * sqrt(max(0.0, 1.0 - used * used))
+        acceleration = along[i] * left(w[i] * lateral[i])
         if power < inf:
             acceleration = min(acceleration, power / sqrt(w[i])) if w[i] > 0.0 else acceleration
         reached = w[i] + 2.0 * (acceleration + drag * w[i]) * gap

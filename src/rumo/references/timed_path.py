@@ -10,7 +10,7 @@ import numpy as np
 from rumo.checks import as_list, as_mapping, checked, finite_number, positive_number
 from rumo.errors import ArgumentError
 from rumo.references.base import OfTime
-from rumo.references.motion import STATES, Rolling, check_vehicle, checked_outputs, known_signals, motion
+from rumo.references.motion import Rolling, check_vehicle, checked_outputs, motion, state_signals
 from rumo.references.paths import Path
 from rumo.references.speed_profile import SpeedProfile
 from rumo.signals import Array
@@ -61,11 +61,8 @@ class TimedPath(OfTime):
         check_on(checked(self.path, "path", Path), profile)
         check_vehicle(self.vehicle)
         finite_number(self.begin, "begin")
-        rolling = tuple(name for name in known_signals(self.vehicle) if name not in ("course", "speed"))
-        names = rolling if self.vehicle else STATES
-        object.__setattr__(
-            self, "_names", names if self.outputs is None else checked_outputs(self.outputs, self.vehicle)
-        )
+        names = state_signals(self.vehicle) if self.outputs is None else checked_outputs(self.outputs, self.vehicle)
+        object.__setattr__(self, "_names", names)
         pauses = as_mapping(self.pauses, "pauses")
         if pauses and profile.closed:
             raise ArgumentError("pauses", f"{pauses}", "none on a flying lap", "Make a profile with laps=...")

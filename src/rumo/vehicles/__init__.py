@@ -7,6 +7,7 @@ from rumo.vehicles.errata import AsPrinted
 from rumo.vehicles.four_wheel import four_wheel
 from rumo.vehicles.limits import VehicleLimits
 from rumo.vehicles.parameters import TyreParameters, VehicleParameters
+from rumo.vehicles.problems import path_problem
 from rumo.vehicles.rolling_bicycle import frenet_bicycle, friction_ellipses, rolling_bicycle, slip_limits
 from rumo.vehicles.sets import (
     COMMONROAD_1,
@@ -50,6 +51,7 @@ __all__ = [
     "frenet_bicycle",
     "friction_circles",
     "friction_ellipses",
+    "path_problem",
     "rolling_bicycle",
     "slip_limits",
 ]

@@ -29,6 +29,8 @@ CHICANE: tuple[Bend, ...] = ((20.0, 0.7, 8.0), (20.0, -1.4, 8.0), (20.0, 0.7, 8.
 RIGHT_ANGLE: tuple[Bend, ...] = ((15.0, -0.5 * np.pi, 8.0),)
 LONG_BEND: tuple[Bend, ...] = ((20.0, np.pi, 15.0),)
 
+CAR = replace(PASSENGER_CAR, brake_front=None)
+"""A car that brakes with its rear wheels alone, and loses them sooner than one with brakes in front."""
 LEAD = 30.0
 """Straight before the first bend, and after the last [m]."""
 SPACING = 0.5
@@ -84,7 +86,7 @@ class CornerDrive(Drive):
     held_speed: bool = False
     in_the_bend: bool = False
     ice: float = 0.0
-    car: VehicleParameters = PASSENGER_CAR
+    car: VehicleParameters = CAR
     torque: float = 750.0
 
     @property

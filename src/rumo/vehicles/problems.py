@@ -1,0 +1,91 @@
+"""The problem of driving a car along a path, with weights that suit most cars."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rumo.errors import ArgumentError
+from rumo.problem import Problem
+from rumo.terms import Weight
+from rumo.vehicles.axles import WHEELS
+from rumo.vehicles.commands import REAR_TORQUE, STEERING_RATE, Acceleration, RearTorque, Steering, SteeringRate
+from rumo.vehicles.parameters import GRAVITY, VehicleParameters
+from rumo.vehicles.rolling_bicycle import TYRE, frenet_bicycle, friction_ellipses, slip_limits
+from rumo.vehicles.tyres import Tyre
+
+USUAL = (0.6, 0.8, GRAVITY)
+"""Steering angle [rad], its rate [rad/s] and acceleration [m/s^2] where a car says nothing of its limits."""
+LONG = 4.5
+"""Length [m] of the car that weights are for; others are as close to their path for their size."""
+
+
+def path_problem(
+    car: VehicleParameters,
+    tyre: Tyre = TYRE,
+    *,
+    drive: RearTorque | Acceleration = REAR_TORQUE,
+    steering: Steering = STEERING_RATE,
+    horizon: int = 25,
+    sampling_time: float = 0.04,
+    delay: int = 1,
+    largest_slip: float = 2.5,
+) -> Problem:
+    """Follow a path at the speed that is wanted, by a bicycle that knows its place beside it.
+
+    Tracks n, velocity_across and velocity_along of `frenet_bicycle` within the car's limits, soft friction ellipses and
+    soft limits of slip. To be predicted by `rumo.Radau2()`, with a `PathTracking` reference, and `rolling_bicycle` as
+    the observed model.
+
+    Parameters
+    ----------
+    car : VehicleParameters
+        With its limits.
+    tyre : Tyre
+        Modified Dugoff up to its peak if not given.
+    drive, steering : RearTorque or Acceleration, Steering
+        What the car is told.
+    horizon, sampling_time, delay
+        See `Problem`.
+    largest_slip : float
+        See `slip_limits`.
+    """
+    limits = car.limits
+    angle, rate, push = (
+        usual if limit == np.inf else limit
+        for limit, usual in zip((limits.steering_angle, limits.steering_rate, limits.acceleration), USUAL, strict=True)
+    )
+    brake = push if limits.braking == np.inf else limits.braking
+    if isinstance(drive, Acceleration):
+        unit = 1.0
+    elif isinstance(drive, RearTorque):
+        unit = car.m * car.r * (1.0 if drive.axle else 0.5)
+    else:
+        raise ArgumentError("drive", repr(drive), "RearTorque() or Acceleration()", "Others need weights of your own.")
+    (along,), (turn,) = drive.inputs(WHEELS), steering.inputs
+    bounds = {along: (-brake * unit, push * unit), "delta": (-angle, angle), turn: (-rate, rate)}
+    moves = {along: Weight(1.0, 16.0 * unit), turn: Weight(0.3, 1.6)}
+    if not isinstance(steering, SteeringRate):
+        del bounds["delta"]
+        bounds[turn] = (-angle, angle)
+        moves[turn] = Weight(3.0, 1.2)
+    scale = car.length / LONG
+    return Problem(
+        frenet_bicycle(car, tyre, drive=drive, steering=steering),
+        horizon=horizon,
+        sampling_time=sampling_time,
+        track={
+            "n": Weight(10.0, 6.0 * scale),
+            "velocity_across": Weight(3.0, 12.0),
+            "velocity_along": Weight(1.0, 10.0),
+        },
+        moves=moves,
+        bounds=bounds,
+        move_bounds=None
+        if isinstance(steering, SteeringRate)
+        else {turn: (-rate * sampling_time, rate * sampling_time)},
+        constraints={
+            **friction_ellipses(car, tyre, drive=drive, steering=steering),
+            **slip_limits(car, drive=drive, steering=steering, largest=largest_slip),
+        },
+        delay=delay,
+    )

@@ -1,0 +1,83 @@
+"""Speeds that the tyres of a car hold, wheel by wheel."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import rumo
+from rumo.references import SpeedLimits, generators, speed_profile
+from rumo.references.car_limits import accelerations
+from rumo.vehicles import PASSENGER_CAR, VEHICLES, LinearTyre, friction_ellipses, rolling_bicycle
+from rumo.vehicles.parameters import GRAVITY
+
+CAR = PASSENGER_CAR
+
+
+def test_a_car_without_height_that_brakes_by_its_loads_is_a_point():
+    balance = CAR.l_r / CAR.wheelbase
+    flat = replace(CAR, h=0.0, brake_front=balance, drive_front=balance)
+    found = accelerations(flat, 0.8, 1.1)
+    limit = 0.8 * 1.1 * GRAVITY
+    np.testing.assert_allclose(found.lateral, np.linspace(0.0, limit, len(found.lateral)))
+    circle = np.sqrt(np.maximum(limit**2 - found.lateral**2, 0.0))
+    np.testing.assert_allclose(found.braking, circle, rtol=1e-6, atol=1e-3)
+    np.testing.assert_allclose(found.driving, circle, rtol=1e-6, atol=1e-3)
+
+
+def test_braking_straight_ahead_is_full_at_one_axle():
+    mu, g, L = CAR.mu, GRAVITY, CAR.wheelbase
+    # Share b of a brakes the axle that carries (l + h a / g) / L of the weight in front, (l - h a / g) / L behind.
+    front = mu * CAR.l_r * g / (0.66 * L - mu * CAR.h)
+    rear = mu * CAR.l_f * g / (0.34 * L + mu * CAR.h)
+    assert accelerations(CAR, 1.0, mu).braking[0] == pytest.approx(min(front, rear), rel=1e-9)
+    # Driven wheels behind gain load.
+    assert accelerations(CAR, 1.0, mu).driving[0] == pytest.approx(mu * CAR.l_f * g / (L - mu * CAR.h), rel=1e-9)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    name=st.sampled_from(sorted(set(VEHICLES) - {"paper"})),
+    grip=st.floats(0.3, 1.0),
+    radius=st.floats(15.0, 60.0),
+    stretch=st.floats(10.0, 80.0),
+)
+def test_a_profile_fills_no_ellipse(name, grip, radius, stretch):
+    """What the constraints of a controller say of a car that drives the profile as its bicycle would, without drag."""
+    car = VEHICLES[name]
+    path = generators.sine(0.2 * stretch, 2.0 * stretch + radius, 3)
+    limits = replace(SpeedLimits.of_car(car, grip), drag=0.0)
+    profile = speed_profile(path, limits, spacing=0.25)
+    model, tyre = rolling_bicycle(car, LinearTyre()), LinearTyre()
+    ellipses = friction_ellipses(car, tyre, grip=grip)
+    rows = model.packed([model.written(item.expression, key) for key, item in ellipses.items()])
+    s, v, a = profile.s[:-1], profile.v[:-1], profile.acceleration_at(profile.s[:-1])
+    torque = 0.5 * car.m * car.r * a
+    omega = v * path.at(s).curvature
+    # Slip angles at which a linear tyre gives the force that the bend needs.
+    states = np.zeros((len(model.states), len(s)))
+    index = model.states.index
+    states[index("v_x")], states[index("omega")] = v, omega
+    for i in range(0, len(s), 7):
+        front, rear = (0.5 * car.m * v[i] * omega[i] * arm / car.wheelbase for arm in (car.l_r, car.l_f))
+        alpha_r, alpha_f = rear / car.rear.C_a, front / car.front.C_a
+        states[index("v_y"), i] = car.l_r * omega[i] - np.tan(alpha_r) * np.hypot(v[i], 0.1)
+        ahead = np.arctan2(states[index("v_y"), i] + car.l_f * omega[i], v[i])
+        states[index("delta"), i] = ahead + alpha_f
+        used = rows(states[:, i], [torque[i], 0.0], model.default_parameters).full()
+        assert used.max() < 0.02
+
+
+def test_more_grip_is_faster_and_a_wet_road_slower():
+    path = generators.figure_of_eight(40.0)
+    laps = [speed_profile(path, SpeedLimits.of_car(CAR, grip)).duration for grip in (0.5, 0.7, 0.9, 1.0)]
+    assert (np.diff(laps) < 0.0).all()
+    assert speed_profile(path, SpeedLimits.of_car(CAR, 0.9, mu=0.5)).duration > laps[0]
+
+
+@pytest.mark.parametrize("left", [(1.0,), (1.0, 2.0), (1.0, np.nan), "all"])
+def test_shares_that_cannot_be_left_are_refused(left):
+    with pytest.raises(rumo.ArgumentError, match="braking_left"):
+        SpeedLimits(9.0, 9.0, 9.0, braking_left=left)
