@@ -64,19 +64,18 @@ def deviations(
             raise ShapeError(f"x[{name!r}]", f"shape {array.shape}", f"shape {shape} of p_x, one value or (n,)")
     progress = np.reshape(_progress(path, np.ravel(values["p_x"]), np.ravel(values["p_y"]), near, window), shape)
     there = path.at(progress)
-    dx, dy = values["p_x"] - there.x, values["p_y"] - there.y
     found = {
         "progress": progress,
         "lap": np.floor(progress / path.length) if path.closed else np.zeros(shape),
-        "lateral_deviation": np.cos(there.heading) * dy - np.sin(there.heading) * dx,
+        "lateral_deviation": there.left(values["p_x"], values["p_y"]),
     }
     if "psi" in values:
-        found["yaw_deviation"] = _half_turn(values["psi"] - there.heading)
+        found["yaw_deviation"] = there.turned(values["psi"])
     if "v_x" in values and "psi" in values:
         v_y = values.get("v_y", np.zeros(shape))
         speed = np.hypot(values["v_x"], v_y)
         course = values["psi"] + np.arctan2(v_y, values["v_x"])
-        found["course_deviation"] = np.where(speed > 0.0, _half_turn(course - there.heading), np.nan)
+        found["course_deviation"] = np.where(speed > 0.0, there.turned(course), np.nan)
         if profile is not None:
             found["speed_deviation"] = speed - profile.speed_at(progress)
     return found
@@ -88,7 +87,3 @@ def _progress(path: Path, x: Array, y: Array, near: float | None, window: float)
         progress[i] = path.project(place, last, window=window)
         last = progress[i] if np.isfinite(progress[i]) else last
     return progress
-
-
-def _half_turn(angle: Array) -> Array:
-    return (angle + np.pi) % (2.0 * np.pi) - np.pi

@@ -149,13 +149,9 @@ class RunningPathTracking:
 
     def preview(self, times: Array, x: NamedArray[float]) -> Preview:
         """Signals and parameters ahead, see `Reference`."""
-        if x.signals is not self._signals:
-            self._look_up(x.signals)
-        state = x.values.tolist()
-        x_now, y_now = (state[i] for i in self._at[:2])
-        psi = state[self._at[2]] if len(self._at) > 2 else np.nan
+        x_now, y_now, psi = self._pose(x)
         self._move(float(times[0]), x_now, y_now, psi)
-        s, speed = self._ahead(times - times[0], state[self._v_x] if self._v_x is not None else np.nan)
+        s, speed = self._ahead(times - times[0], x.values[self._v_x] if self._v_x is not None else np.nan)
         points = self._path.at(s)
         self._speed = float(speed[0])
         turns = self._alongside(psi, float(points.heading[0]))
@@ -178,25 +174,27 @@ class RunningPathTracking:
         x : NamedArray
             State of a vehicle with a position and psi.
         """
-        if x.signals is not self._signals:
-            self._look_up(x.signals)
-        state = x.values.tolist()
-        x_now, y_now = (state[i] for i in self._at[:2])
-        psi = state[self._at[2]] if len(self._at) > 2 else np.nan
+        x_now, y_now, psi = self._pose(x)
         if not (isfinite(self.progress) and isfinite(x_now) and isfinite(y_now)):
             return dict.fromkeys(("s", "n", "heading_error"), np.nan)
         window = self._settings.window
         s = self._path.nearest(x_now, y_now, self.progress - window, self.progress + window)
         here = self._path.at(s)
-        cos, sin = np.cos(here.heading), np.sin(here.heading)
-        n = (y_now - here.y) * cos - (x_now - here.x) * sin
-        return {"s": s, "n": float(n), "heading_error": float((psi - here.heading + pi) % TURN - pi)}
+        return {"s": s, "n": float(here.left(x_now, y_now)), "heading_error": float(here.turned(psi))}
 
     def _curvature(self, s: Array) -> Array:
         return self._path.at(s).curvature
 
     def _heading(self, s: Array) -> Array:
         return self._path.at(s).heading
+
+    def _pose(self, x: NamedArray[float]) -> tuple[float, float, float]:
+        """Position [m] and heading [rad] of a state, NaN where it has no heading."""
+        if x.signals is not self._signals:
+            self._look_up(x.signals)
+        state = x.values.tolist()
+        x_now, y_now, *heading = (state[i] for i in self._at)
+        return x_now, y_now, heading[0] if heading else np.nan
 
     def _look_up(self, states: Signals) -> None:
         """Where in the state to look, once."""

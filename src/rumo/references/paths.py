@@ -39,6 +39,14 @@ class PathPoints(NamedTuple):
     curvature: Array
     curvature_rate: Array
 
+    def left(self, x: Array | float, y: Array | float) -> Array:
+        """How far positions x, y [m] are to the left of the path's points [m]."""
+        return np.cos(self.heading) * (y - self.y) - np.sin(self.heading) * (x - self.x)
+
+    def turned(self, direction: Array | float) -> Array:
+        """By how much directions [rad] differ from the path's, within half a turn [rad]."""
+        return (direction - self.heading + np.pi) % TURN - np.pi
+
 
 class Path:
     """A smooth path through points, by its true arc length: a spline with continuous curvature.

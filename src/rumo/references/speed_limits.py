@@ -16,10 +16,8 @@ from rumo.references.clothoids import checked_curvature
 from rumo.references.paths import Path
 from rumo.references.speed_profile import SpeedProfile
 from rumo.signals import Array
-from rumo.vehicles.parameters import VehicleParameters
+from rumo.vehicles.parameters import GRAVITY, VehicleParameters
 
-GRAVITY = 9.81
-"""[m/s^2]"""
 LAPS = 50
 """Sweeps around a closed path; one is enough, but for a top speed that drag does not let the car reach."""
 
