@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-DEPENDENCIES = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["dependencies"]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+EXTRAS = [name for extra, names in PROJECT["optional-dependencies"].items() if extra != "dev" for name in names]
+DEPENDENCIES = PROJECT["dependencies"] + EXTRAS
 NAMES = [re.match(r"[\w.-]+", dependency).group() for dependency in DEPENDENCIES]
 
 

@@ -40,7 +40,7 @@ def _in_a_folder_of_its_own(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "page",
     [
-        *("closed-loop", "references", "step-it-yourself", "extend-it", "logs", "vehicles"),
+        *("closed-loop", "other-plants", "references", "step-it-yourself", "extend-it", "logs", "vehicles"),
         *(pytest.param(page, marks=pytest.mark.slow) for page in LONG),
     ],
 )
