@@ -22,6 +22,7 @@ LEAVES = [
     "forks",
     "interrupts",
     "expressions",
+    "extras",
     "graphs",
     "turns",
 ]
@@ -51,6 +52,7 @@ ROOMS = [
     "registry",
     "simulation",
     "report",
+    "environment",
     "studies",
     "bench",
     "cli",

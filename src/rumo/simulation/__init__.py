@@ -5,6 +5,7 @@ from rumo.simulation import faults
 from rumo.simulation.foreign import PlantLike
 from rumo.simulation.log import load, save
 from rumo.simulation.loop import ClosedLoop
+from rumo.simulation.moment import Moment
 from rumo.simulation.plant import Plant
 from rumo.simulation.recorder import Recorder
 from rumo.simulation.sample import Sample
@@ -18,6 +19,7 @@ __all__ = [
     "Disturbance",
     "Gust",
     "Interrupted",
+    "Moment",
     "OrnsteinUhlenbeck",
     "Plant",
     "PlantLike",

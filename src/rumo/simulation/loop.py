@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import closing
 from math import isclose
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rumo.checks import as_mapping, checked
 from rumo.controllers import Controller
@@ -23,6 +24,7 @@ from rumo.signals import Array, NamedArray, Signals, read_only
 from rumo.simulation.actuators import Actuators
 from rumo.simulation.faults import Fault
 from rumo.simulation.foreign import ForeignPlant, as_plant
+from rumo.simulation.moment import Moment
 from rumo.simulation.observation import Observation
 from rumo.simulation.plant import Plant
 from rumo.simulation.previews import PreviewedParameters
@@ -110,6 +112,16 @@ class ClosedLoop:
         return self.scenario.samples
 
     def __iter__(self) -> Generator[Sample, None, None]:
+        with closing(self.moments()) as moments:
+            for moment in moments:
+                yield moments.send(moment.plan())
+
+    def moments(self) -> Generator[Any, Plan | ArrayLike | None, None]:
+        """A new run, for whoever decides in place of the controller: of each sample a `Moment`, then a `Sample`.
+
+        After a `Moment`, `send` a plan, or a command (nu,), or None for no command at all: what comes back is the
+        `Sample`, and `next` goes on. What is sent takes the way of a controller's command, delay and faults included.
+        """
         scenario, controller, plant = self.scenario, self.controller, self.plant
         problem = controller.problem
         reference, observation = start_reference(as_reference(scenario.reference), problem), self._observation
@@ -158,9 +170,14 @@ class ClosedLoop:
                     held[columns] = actuators.move(k, bad)
                 else:
                     actuators.tell(k)
-                plan = _step(controller, x, preview, bad)
-                if plan is not None:
-                    actuators.send(k, plan.command.values, bad)
+                told, observed = NamedArray(model.states, x), NamedArray(seen.states, estimate.x)
+                there = tuple(fault for fault, _ in bad)
+                moment = Moment(k, t, told, observed, true, preview, controller.applied, controller, there)
+                sent = yield moment
+                plan = sent if isinstance(sent, Plan) else None
+                command = sent.command.values if isinstance(sent, Plan) else sent
+                if command is not None and moment.computes:
+                    actuators.send(k, model.inputs.finite_vector(command, "command"), bad)
                 if not problem.delay:
                     held[columns] = actuators.move(k, bad)
 
@@ -170,8 +187,8 @@ class ClosedLoop:
                     plant=NamedArray(plant.states, state),
                     measured=NamedArray(sensors.signals, measured),
                     received=NamedArray(sensors.signals, received),
-                    estimated=NamedArray(model.states, x),
-                    observed=NamedArray(seen.states, estimate.x),
+                    estimated=told,
+                    observed=observed,
                     estimate=estimate,
                     preview=preview,
                     reference=NamedArray(problem.outputs, read_only(_now(preview, problem.outputs))),
@@ -257,17 +274,6 @@ def _preview(reference: Reference, times: Array, x: NamedArray) -> Preview:
 
 def _now(preview: Preview, outputs: Signals) -> Array:
     return np.array([np.ravel(preview.signals.get(name, np.nan))[0] for name in outputs], dtype=float)
-
-
-def _step(controller: Controller, x: Array, preview: Preview, bad: Sequence[tuple[Fault, int]]) -> Plan | None:
-    """The controller's step; None if it does not run."""
-    if not all(fault.runs for fault, _ in bad):
-        return None
-    with ExitStack() as contexts:
-        for fault, _ in bad:
-            contexts.enter_context(fault.around(controller))
-        with interruptible():
-            return controller.step(x, preview.signals)
 
 
 def _lateness(estimator: object, dt: float) -> dict[str, float]:

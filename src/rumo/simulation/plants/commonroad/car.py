@@ -8,10 +8,10 @@ from typing import Any
 
 from rumo.checks import finite_number, positive_number, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
+from rumo.extras import required
 from rumo.model import Parameter
 from rumo.signals import Array, Signals
 from rumo.simulation.plants.commonroad.forms import FORMS
-from rumo.simulation.plants.extras import required
 from rumo.simulation.plants.integration import integrated
 from rumo.vehicles import VEHICLES, Acceleration, SteeringRate, VehicleParameters
 from rumo.vehicles.chassis import LEAST_FRICTION
