@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from importlib.metadata import metadata
+from importlib.metadata import files, metadata
 from pathlib import Path
 
 import pytest
@@ -34,7 +34,14 @@ def test_the_licences_of_all_dependencies_are_listed():
 def test_a_licence_is_what_the_package_says(name):
     said = metadata(name)
     words = " ".join([said.get("License-Expression") or "", said.get("License") or "", *said.get_all("Classifier", [])])
-    kinds = {"LGPL": "LGPL|Lesser", "PSF": "PSF|Python Software Foundation"}
+    if not words.strip():  # it says so in a file alone
+        texts = [file for file in files(name) or () if ".dist-info" in str(file) and "LICENSE" in file.name]
+        words = " ".join(file.read_text(encoding="utf-8") for file in texts)
+    kinds = {
+        "BSD": "BSD|Redistribution and use in source and binary forms, with or without",
+        "LGPL": "LGPL|Lesser",
+        "PSF": "PSF|Python Software Foundation",
+    }
     (kind,) = re.findall("^BSD|^MIT|^Apache|^LGPL|PSF", listed()[name])
     kind = kinds.get(kind, kind)
     assert re.search(kind, words)
