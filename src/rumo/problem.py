@@ -1,4 +1,4 @@
-"""The control problem: what is wanted over the horizon, never how it is solved."""
+"""The control problem: what is wanted over the horizon; of how it is solved, at most which scheme suits it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rumo.checks import as_mapping, checked, checked_items, positive_number, whole_number
+from rumo.discretization import Discretization
 from rumo.draft import Draft
 from rumo.errors import ArgumentError, FrozenError
 from rumo.grid import Grid, MoveBlocks, blocks_of, stages_of
@@ -66,6 +67,8 @@ class Problem(Sealed):
         Intervals over which inputs, or their increments, are held; none if not given.
     measurements : mapping of str to Measurement, optional
         What is known of the measurement of some states.
+    discretization : Discretization, optional
+        The scheme that suits it: of controllers that are not told another. Implicit Euler if not given.
 
     Attributes
     ----------
@@ -113,8 +116,12 @@ class Problem(Sealed):
         parameters: Mapping[str, ArrayLike] | None = None,
         blocks: MoveBlocks | None = None,
         measurements: Mapping[str, Measurement] | None = None,
+        discretization: Discretization | None = None,
     ) -> None:
         self.model = checked(model, "model", Model)
+        self.discretization = discretization
+        if discretization is not None:
+            checked(discretization, "discretization", Discretization, "Write rumo.Radau2().")
         self.sampling_time = positive_number(sampling_time, "sampling_time")
         self.horizon = len(horizon.steps) if isinstance(horizon, Grid) else whole_number(horizon, "horizon", 1)
         self.delay = whole_number(delay, "delay", 0)

@@ -67,7 +67,7 @@ class Transcription:
     problem : Problem
         What is to be solved.
     discretization : Discretization, optional
-        Implicit Euler if not given.
+        The problem's if not given; implicit Euler if it has none.
 
     Attributes
     ----------
@@ -94,7 +94,10 @@ class Transcription:
     def __init__(self, problem: Problem, discretization: Discretization | None = None) -> None:
         self.problem = checked(problem, "problem", Problem)
         scheme = self.discretization = checked(
-            discretization or ImplicitEuler(), "discretization", Discretization, "Write rumo.ImplicitEuler()."
+            discretization or problem.discretization or ImplicitEuler(),
+            "discretization",
+            Discretization,
+            "Write rumo.ImplicitEuler().",
         )
         model = problem.model
         nx, nz = len(model.states), len(model.algebraic)

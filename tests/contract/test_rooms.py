@@ -28,6 +28,7 @@ LEAVES = [
 ]
 ROOMS = [
     "model",
+    "discretization",
     "grid",
     "terms",
     "structure",
@@ -35,7 +36,6 @@ ROOMS = [
     "draft",
     "measurements",
     "problem",
-    "discretization",
     "kernel",
     "influence",
     "transcription",

@@ -54,7 +54,8 @@ def test_without_slip_it_is_the_bicycle_with_wheels(name):
 
 
 def test_a_torque_pushes_and_friction_is_left_for_the_side():
-    model = rolling_bicycle(CAR, Dugoff(), load_transfer=False)
+    car = replace(CAR, J=1e-9)
+    model = rolling_bicycle(car, Dugoff(), load_transfer=False)
     x = {"v_x": 20.0, "v_y": -4.0}  # sliding: the tyres give all they can
     coasting, braking = (derivative(model, x, {"torque": torque}) for torque in (0.0, -1200.0))
     pushed = -2.0 * 1200.0 / (CAR.r * CAR.m)
@@ -116,9 +117,26 @@ def test_a_path_that_turns_is_the_same_motion():
         assert beside[state] == pytest.approx(world[state])
 
 
+@pytest.mark.parametrize("torque", [-1000.0, 300.0])
+def test_wheels_take_their_share_of_a_torque(torque):
+    """Acceleration and forces of the tyres are those of the car whose wheels have speeds of their own."""
+    plant = rumo.Plant(four_wheel(CAR, load_transfer=True), 0.2)
+    wheels = [name for name in plant.states if name.startswith("w_")]
+    start = dict.fromkeys(plant.states, 0.0) | {"v_x": 20.0} | dict.fromkeys(wheels, 20.0 / CAR.r)
+    states = [plant.states.vector(start, "x")]
+    for _ in range(2):
+        states.append(plant.advance(states[-1], [torque, 0.0], plant.default_parameters))
+    v = [dict(zip(plant.states, x, strict=True))["v_x"] for x in states[1:]]
+    found = derivative(rolling_bicycle(CAR), {"v_x": 0.5 * (v[0] + v[1])}, {"torque": torque})
+    # Drag is taken to slow down the body alone.
+    drag = (CAR.rolling_mass / CAR.m - 1.0) * CAR.b_lon * 20.0**2 / CAR.m
+    assert found["v_x"] == pytest.approx((v[1] - v[0]) / 0.2, rel=2e-3, abs=1.1 * drag)
+
+
 def test_ellipses_are_full_where_the_limit_is():
-    model = rolling_bicycle(CAR, LinearTyre())
-    ellipses = friction_ellipses(CAR, LinearTyre())
+    light = replace(CAR, J=1e-9)
+    model = rolling_bicycle(light, LinearTyre())
+    ellipses = friction_ellipses(light, LinearTyre())
     # Braking straight ahead: the axle with the larger share of its load is full first.
     for torque in (-800.0, -1400.0):
         push = 2.0 * torque / CAR.r

@@ -18,7 +18,7 @@ CAR = PASSENGER_CAR
 
 def test_a_car_without_height_that_brakes_by_its_loads_is_a_point():
     balance = CAR.l_r / CAR.wheelbase
-    flat = replace(CAR, h=0.0, brake_front=balance, drive_front=balance)
+    flat = replace(CAR, h=0.0, J=1e-9, brake_front=balance, drive_front=balance)
     found = accelerations(flat, 0.8, 1.1)
     limit = 0.8 * 1.1 * GRAVITY
     np.testing.assert_allclose(found.lateral, np.linspace(0.0, limit, len(found.lateral)))
@@ -29,12 +29,16 @@ def test_a_car_without_height_that_brakes_by_its_loads_is_a_point():
 
 def test_braking_straight_ahead_is_full_at_one_axle():
     mu, g, L = CAR.mu, GRAVITY, CAR.wheelbase
-    # Share b of a brakes the axle that carries (l + h a / g) / L of the weight in front, (l - h a / g) / L behind.
-    front = mu * CAR.l_r * g / (0.66 * L - mu * CAR.h)
-    rear = mu * CAR.l_f * g / (0.34 * L + mu * CAR.h)
+    # Share b of a brakes the axle that carries (l + h a / g) / L of the weight in front, (l - h a / g) / L behind;
+    # of a torque, each axle's two wheels keep what slows them down.
+    mass, spin = 1.0 + 4.0 * CAR.J / (CAR.r**2 * CAR.m), 2.0 * CAR.J / (CAR.r**2 * CAR.m)
+    front = mu * CAR.l_r * g / ((0.66 * mass - spin) * L - mu * CAR.h)
+    rear = mu * CAR.l_f * g / ((0.34 * mass - spin) * L + mu * CAR.h)
     assert accelerations(CAR, 1.0, mu).braking[0] == pytest.approx(min(front, rear), rel=1e-9)
     # Driven wheels behind gain load.
-    assert accelerations(CAR, 1.0, mu).driving[0] == pytest.approx(mu * CAR.l_f * g / (L - mu * CAR.h), rel=1e-9)
+    assert accelerations(CAR, 1.0, mu).driving[0] == pytest.approx(
+        mu * CAR.l_f * g / ((mass - spin) * L - mu * CAR.h), rel=1e-9
+    )
 
 
 @settings(max_examples=25, deadline=None)
@@ -54,7 +58,7 @@ def test_a_profile_fills_no_ellipse(name, grip, radius, stretch):
     ellipses = friction_ellipses(car, tyre, grip=grip)
     rows = model.packed([model.written(item.expression, key) for key, item in ellipses.items()])
     s, v, a = profile.s[:-1], profile.v[:-1], profile.acceleration_at(profile.s[:-1])
-    torque = 0.5 * car.m * car.r * a
+    torque = 0.5 * car.rolling_mass * car.r * a
     omega = v * path.at(s).curvature
     # Slip angles at which a linear tyre gives the force that the bend needs.
     states = np.zeros((len(model.states), len(s)))

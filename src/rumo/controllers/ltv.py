@@ -31,7 +31,7 @@ class LinearTimeVarying(Controller[LtvSettings]):
     problem : Problem
         What to solve.
     discretization : Discretization, optional
-        Implicit Euler if not given.
+        The problem's if not given; implicit Euler if it has none.
     settings : LtvSettings
         Limits and accuracy of the QP solver, and the gate.
     **changes

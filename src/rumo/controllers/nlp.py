@@ -21,7 +21,7 @@ class DirectNlp(Controller[NlpSettings]):
     problem : Problem
         What to solve.
     discretization : Discretization, optional
-        Implicit Euler if not given.
+        The problem's if not given; implicit Euler if it has none.
     settings : NlpSettings
         Limits and accuracy of IPOPT, and the gate.
     **changes

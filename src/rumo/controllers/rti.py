@@ -36,7 +36,7 @@ class RealTimeIteration(Controller[Settings]):
     problem : Problem
         What to solve.
     discretization : Discretization, optional
-        Implicit Euler if not given.
+        The problem's if not given; implicit Euler if it has none.
     settings : Settings
         Iterations, limits of the QP solver, the gate.
     backend : str

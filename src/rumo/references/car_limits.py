@@ -56,7 +56,8 @@ def _largest(car: VehicleParameters, limit: float, lateral: Array, sign: float, 
             mean = 0.5 * (arm * GRAVITY + away * sign * middle * car.h) / car.wheelbase
             mean = np.maximum(mean, LEAST_LOAD * 0.5 * arm * GRAVITY / car.wheelbase)
             inner = np.maximum(mean - arm / car.wheelbase * car.h * lateral / (2.0 * car.t_w), LEAST_LOAD * mean)
+            along = (0.5 * share * car.rolling_mass - car.J / car.r**2) / car.m * middle
             across = 0.5 * lateral * arm / car.wheelbase
-            good &= (0.5 * share * middle / (limit * inner)) ** 2 + (across / (limit * mean)) ** 2 <= 1.0
+            good &= (along / (limit * inner)) ** 2 + (across / (limit * mean)) ** 2 <= 1.0
         low, high = np.where(good, middle, low), np.where(good, high, middle)
     return low

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +14,16 @@ from rumo.errors import ArgumentError, ShapeError
 from rumo.references.generators import Bend, bends, closing, figure_of_eight
 from rumo.references.paths import Path
 from rumo.signals import Array, read_only
+
+
+class Bodied(Protocol):
+    """Something that is as long before its centre as behind it, or not."""
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Before and behind its centre [m]."""
+        ...
+
 
 Width = float | ArrayLike | Callable[[Array], ArrayLike]
 
@@ -67,6 +79,22 @@ class Track:
         left, right = self.limits(s)
         return self.path.offset(s, left), self.path.offset(s, -right)
 
+    def room(self, vehicle: Bodied) -> dict[str, Callable[[Array], Array]]:
+        """Widths to the left and to the right beside the front and the rear of a vehicle, by the place of its centre.
+
+        For `PathTracking(parameters=...)`, where a problem has `rumo.vehicles.track_limits`. Each is the least within a
+        quarter of the vehicle's length, so that it cuts no corner between two stages.
+
+        Parameters
+        ----------
+        vehicle : VehicleParameters
+            Or anything else with `ends` before and behind its centre [m].
+        """
+        front, rear = vehicle.ends
+        ends, sides = {"front": front, "rear": rear}, ("left", "right")
+        near = 0.25 * (front - rear) * np.linspace(-1.0, 1.0, 5)
+        return {f"{end}_{side}": _Room(self, ends[end] + near, i) for end in ends for i, side in enumerate(sides)}
+
     def _width(self, width: Array | Callable[[Array], ArrayLike], s: Array) -> Array:
         if callable(width):
             values = as_numbers(width(s), "width(s)")
@@ -79,6 +107,18 @@ class Track:
 
     def __repr__(self) -> str:
         return f"Track({self.name!r}, {self.path!r})"
+
+
+@dataclass(frozen=True, eq=False)
+class _Room:
+    """The least width to one side of a track at distances from a place."""
+
+    track: Track
+    ahead: Array
+    side: int
+
+    def __call__(self, s: Array) -> Array:
+        return self.track.limits(s[:, None] + self.ahead)[self.side].min(axis=1)
 
 
 def _checked(width: Width, path: Path, argument: str) -> Array | Callable[[Array], ArrayLike]:

@@ -59,7 +59,7 @@ class Scenario:
     settings : object or mapping of str to object, optional
         Of the controller; its defaults if not given, and what a mapping such as `{"gate": None}` does not name.
     discretization : Discretization or str, optional
-        Of the controller: a scheme, or a name in `rumo.registry.DISCRETIZATIONS`; implicit Euler if not given.
+        Of the controller: a scheme, or a name in `rumo.registry.DISCRETIZATIONS`; the problem's if not given.
     backend : str, optional
         Of the real-time iteration.
     applied : mapping, or array_like (nu,) or (max(delay, 1), nu), optional

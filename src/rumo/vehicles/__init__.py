@@ -8,7 +8,7 @@ from rumo.vehicles.four_wheel import four_wheel
 from rumo.vehicles.limits import VehicleLimits
 from rumo.vehicles.parameters import TyreParameters, VehicleParameters
 from rumo.vehicles.problems import path_problem
-from rumo.vehicles.rolling_bicycle import frenet_bicycle, friction_ellipses, rolling_bicycle, slip_limits
+from rumo.vehicles.rolling_bicycle import frenet_bicycle, friction_ellipses, rolling_bicycle, slip_limits, track_limits
 from rumo.vehicles.sets import (
     COMMONROAD_1,
     COMMONROAD_3,
@@ -54,4 +54,5 @@ __all__ = [
     "path_problem",
     "rolling_bicycle",
     "slip_limits",
+    "track_limits",
 ]

@@ -1,7 +1,8 @@
 """Forces of the axles of a car whose wheels roll: what is left where spinning wheels are no states.
 
-Along the car an axle pushes with its wheels' torque; across it, by its slip angle, with what friction leaves. Loads
-follow the accelerations, quasi-statically: along the car with the torque, across it with `v_x omega`.
+Along the car an axle pushes with its wheels' torque, less what turns them faster; across it, by its slip angle, with
+what friction leaves. Loads follow the accelerations, quasi-statically: along the car with the torque, across it with
+`v_x omega`.
 """
 
 from __future__ import annotations
@@ -71,8 +72,11 @@ class Axles:
         """Of the front and the rear axle, in the state x with inputs u and parameters p of a model."""
         par = self.parameters
         torques = self.drive.torques(x, u, WHEELS, par)
+        gain = 2.0 * (torques["f"] + torques["r"]) / (par.r * par.rolling_mass)
+        # Wheels turn faster with the car. What that takes of their torque does not reach the road.
+        torques = {wheel: torque - par.J / par.r * gain for wheel, torque in torques.items()}
         # Of each wheel [N]: what an axle gains along the car, and loses at its inner wheel, for its share.
-        to_rear = par.h / par.wheelbase * (torques["f"] + torques["r"]) / par.r if self.load_transfer else 0.0
+        to_rear = 0.5 * par.h / par.wheelbase * par.m * gain if self.load_transfer else 0.0
         to_outer = par.m * par.h / (2.0 * par.t_w) * x.v_x * x.omega if self.load_transfer else 0.0
         steered = ca.tan(self.steering.angle(x, u))
         front = self._axle(

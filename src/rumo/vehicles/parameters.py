@@ -162,6 +162,17 @@ class VehicleParameters:
         return self.l_f + self.l_r
 
     @property
+    def rolling_mass(self) -> float:
+        """Mass that a force along the car accelerates with its four wheels turning [kg]."""
+        return self.m + 4.0 * self.J / self.r**2
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Of the body, before and behind the centre of gravity [m]: its axles are as far from its ends."""
+        overhang = 0.5 * (self.length - self.wheelbase)
+        return self.l_f + overhang, -self.l_r - overhang
+
+    @property
     def mu(self) -> float:
         """Friction that the models take the road for by default: that of the tyre that has less."""
         return min(self.front.mu, self.rear.mu)

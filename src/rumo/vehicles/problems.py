@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from rumo.discretization import Radau2
 from rumo.errors import ArgumentError
+from rumo.grid import Grid
 from rumo.problem import Problem
 from rumo.terms import Weight
 from rumo.vehicles.axles import WHEELS
 from rumo.vehicles.commands import REAR_TORQUE, STEERING_RATE, Acceleration, RearTorque, Steering, SteeringRate
 from rumo.vehicles.parameters import GRAVITY, VehicleParameters
-from rumo.vehicles.rolling_bicycle import TYRE, frenet_bicycle, friction_ellipses, slip_limits
+from rumo.vehicles.rolling_bicycle import TYRE, frenet_bicycle, friction_ellipses, slip_limits, track_limits
 from rumo.vehicles.tyres import Tyre
 
 USUAL = (0.6, 0.8, GRAVITY)
@@ -25,16 +27,17 @@ def path_problem(
     *,
     drive: RearTorque | Acceleration = REAR_TORQUE,
     steering: Steering = STEERING_RATE,
-    horizon: int = 25,
+    horizon: int | Grid | None = None,
     sampling_time: float = 0.04,
     delay: int = 1,
-    largest_slip: float = 2.5,
+    largest_slip: float = 3.0,
 ) -> Problem:
     """Follow a path at the speed that is wanted, by a bicycle that knows its place beside it.
 
     Tracks n, velocity_across and velocity_along of `frenet_bicycle` within the car's limits, soft friction ellipses and
-    soft limits of slip. To be predicted by `rumo.Radau2()`, with a `PathTracking` reference, and `rolling_bicycle` as
-    the observed model.
+    soft limits of slip and, where a `PathTracking` reference has the `room` of a `Track`, soft limits of that. The
+    observed model is `rolling_bicycle`. Predicted by `Radau2`: implicit Euler, half an interval late with every
+    integration, takes most of the loop's damping away at speed.
 
     Parameters
     ----------
@@ -44,7 +47,10 @@ def path_problem(
         Modified Dugoff up to its peak if not given.
     drive, steering : RearTorque or Acceleration, Steering
         What the car is told.
-    horizon, sampling_time, delay
+    horizon : int or Grid, optional
+        See `Problem`; a few samples and 20 intervals of twice their length if not given: far enough to brake for what
+        comes, and for the car to swing out.
+    sampling_time, delay
         See `Problem`.
     largest_slip : float
         See `slip_limits`.
@@ -69,14 +75,16 @@ def path_problem(
         bounds[turn] = (-angle, angle)
         moves[turn] = Weight(3.0, 1.2)
     scale = car.length / LONG
+    if horizon is None:
+        horizon = Grid([sampling_time] * (delay + 3) + [2.0 * sampling_time] * 20)
     return Problem(
         frenet_bicycle(car, tyre, drive=drive, steering=steering),
         horizon=horizon,
         sampling_time=sampling_time,
         track={
-            "n": Weight(10.0, 6.0 * scale),
+            "n": Weight(20.0, 6.0 * scale),
             "velocity_across": Weight(3.0, 12.0),
-            "velocity_along": Weight(1.0, 10.0),
+            "velocity_along": Weight(2.0, 10.0),
         },
         moves=moves,
         bounds=bounds,
@@ -86,6 +94,8 @@ def path_problem(
         constraints={
             **friction_ellipses(car, tyre, drive=drive, steering=steering),
             **slip_limits(car, drive=drive, steering=steering, largest=largest_slip),
+            **track_limits(car),
         },
         delay=delay,
+        discretization=Radau2(),
     )

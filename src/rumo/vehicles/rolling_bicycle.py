@@ -23,6 +23,7 @@ from rumo.vehicles.parameters import VehicleParameters
 from rumo.vehicles.tyres import ModifiedDugoff, Tyre, UpToPeak
 
 TYRE = UpToPeak(ModifiedDugoff())
+ROOM = ("front_left", "front_right", "rear_left", "rear_right")
 PATH_STATES = {"s": "m", "n": "m", "heading_error": "rad", "v_x": "m/s", "v_y": "m/s", "omega": "rad/s"}
 
 
@@ -78,8 +79,8 @@ def frenet_bicycle(
 
     States s, the arc length of the path's nearest point [m], n, how far the car is to the left of it [m],
     heading_error from its tangent [rad], v_x, v_y [m/s], omega [rad/s], and delta [rad]; parameters wind_speed [m/s],
-    wind_direction [rad], mu [1], and of the path curvature [1/m] and heading [rad], by which the wind blows; outputs
-    course_error [rad], speed, velocity_along and velocity_across [m/s].
+    wind_direction [rad], mu [1], of the path curvature [1/m] and heading [rad], by which the wind blows, and ROOM, see
+    `track_limits`; outputs course_error [rad], speed, velocity_along and velocity_across [m/s].
 
     It needs no position, so a plan bends with the path, and the error across it has a weight of its own (Verschueren
     et al., 2014). Valid where `n curvature < 1`.
@@ -112,6 +113,7 @@ def frenet_bicycle(
             **friction(parameters),
             "curvature": Parameter("1/m", 0.0),
             "heading": Parameter("rad", 0.0),
+            **dict.fromkeys(ROOM, Parameter("m", 1e3)),
         },
         outputs=PATH_MOTION,
         name="frenet_bicycle",
@@ -170,6 +172,39 @@ def slip_limits(
     """
     axles = _axles(parameters, TYRE, drive, steering, load_transfer)
     return axles.slips(penalty, positive_number(largest, "largest"))
+
+
+def track_limits(
+    parameters: VehicleParameters,
+    *,
+    penalty: Penalty | None = Penalty(20.0),  # noqa: B008 -- immutable
+) -> dict[str, Constraint]:
+    """Corners of the car within the track, for problems with `frenet_bicycle`.
+
+    The model's parameters front_left, front_right, rear_left and rear_right say how far it is from the path to the
+    edges [m] beside the car's front and beside its rear: `Track.room` gives them by place.
+
+    Parameters
+    ----------
+    parameters : VehicleParameters
+        The car: where its ends are, and its width.
+    penalty : Penalty, optional
+        Soft by default, by metres beyond; None makes them hard.
+    """
+    front, rear = parameters.ends
+    ends = {"front": front, "rear": rear}
+
+    def beyond(end: str, side: str) -> Any:
+        sign = 1.0 if side == "left" else -1.0
+
+        def expression(x: Any, u: Any, p: Any) -> Any:
+            cos, sin = ca.cos(x.heading_error), ca.sin(x.heading_error)
+            aside = x.n + ends[end] * sin
+            return sign * aside + 0.5 * parameters.width * cos - getattr(p, f"{end}_{side}")
+
+        return Constraint(expression, penalty)
+
+    return {f"track_{room}": beyond(*room.split("_")) for room in ROOM}
 
 
 class _Headed:
