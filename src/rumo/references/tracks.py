@@ -9,8 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import as_numbers, checked, printable
+from rumo.checks import as_numbers, checked, positive_number, printable
 from rumo.errors import ArgumentError, ShapeError
+from rumo.references.aside import widths_about
 from rumo.references.generators import Bend, bends, closing, figure_of_eight
 from rumo.references.paths import Path
 from rumo.signals import Array, read_only
@@ -95,6 +96,30 @@ class Track:
         near = 0.25 * (front - rear) * np.linspace(-1.0, 1.0, 5)
         return {f"{end}_{side}": _Room(self, ends[end] + near, i) for end in ends for i, side in enumerate(sides)}
 
+    def about(self, line: Path, spacing: float = 1.0) -> Track:
+        """The same track about another line along it, such as a race line.
+
+        Parameters
+        ----------
+        line : Path
+            Whose normals meet the edges.
+        spacing : float
+            At which widths are found, with straight lines between [m].
+
+        Raises
+        ------
+        ArgumentError
+            If an edge is nowhere to be found, or the line outside by more than the track's width.
+        """
+        checked(line, "line", Path)
+        s = np.linspace(0.0, line.length, int(np.ceil(line.length / positive_number(spacing, "spacing"))) + 1)
+        left, right = widths_about(self, line, s)
+        lost = ~np.isfinite(left + right)
+        if lost.any():
+            raise ArgumentError("line", f"one at {s[lost][0]:.4g} m of which no edge is found", "one along the track")
+        period = line.length if line.closed else None
+        return Track(line, _Sampled(s, left, period), _Sampled(s, right, period), self.name)
+
     def _width(self, width: Array | Callable[[Array], ArrayLike], s: Array) -> Array:
         if callable(width):
             values = as_numbers(width(s), "width(s)")
@@ -119,6 +144,18 @@ class _Room:
 
     def __call__(self, s: Array) -> Array:
         return self.track.limits(s[:, None] + self.ahead)[self.side].min(axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sampled:
+    """A width by straight lines between samples; as at the ends beyond them, or periodic."""
+
+    s: Array
+    width: Array
+    period: float | None
+
+    def __call__(self, s: Array) -> Array:
+        return np.interp(s, self.s, self.width, period=self.period)
 
 
 def _checked(width: Width, path: Path, argument: str) -> Array | Callable[[Array], ArrayLike]:

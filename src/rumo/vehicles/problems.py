@@ -30,7 +30,7 @@ def path_problem(
     horizon: int | Grid | None = None,
     sampling_time: float = 0.04,
     delay: int = 1,
-    largest_slip: float = 3.0,
+    largest_slip: float = 2.0,
 ) -> Problem:
     """Follow a path at the speed that is wanted, by a bicycle that knows its place beside it.
 
