@@ -281,3 +281,16 @@ def test_a_spin_beyond_the_equations_is_an_error_of_the_plant():
     plant = car("mb")
     with pytest.raises(rumo.PlantError, match="The equations have no value"):
         driven(plant, 0.04, [0.0, 0.0], state(plant, v_x=0.5, omega=2.0))
+
+
+@pytest.mark.parametrize("vehicle", [1, 2, 3])
+def test_a_car_for_predictions_rolls_as_the_plant_does(vehicle):
+    """At speed, with no torque, both keep rolling: drag would take 0.05 m/s."""
+    plant = car("std", vehicle, sampling_time=0.1)
+    start = state(plant, v_x=40.0)
+    after = plant.advance(start, np.zeros(2), parameters(plant))
+    model = rolling_bicycle(plant.car, drive=Acceleration())
+    rolling = model.states.vector(dict.fromkeys(model.states, 0.0) | {"v_x": 40.0}, "x")
+    rates = model.f(rolling, [0.0, 0.0], model.default_parameters).full().ravel()
+    slower = seen(plant, after)["v_x"] - seen(plant, start)["v_x"]
+    assert 0.1 * rates[model.states.index("v_x")] == pytest.approx(slower, abs=3e-3)

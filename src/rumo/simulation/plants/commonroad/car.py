@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -59,7 +60,8 @@ class CommonRoadCar:
     Attributes
     ----------
     car : VehicleParameters or None
-        The same car for predictions, such as `frenet_bicycle(plant.car, drive=Acceleration())`; None for the truck.
+        The same car for predictions, such as `frenet_bicycle(plant.car, drive=Acceleration())`, without drag as these
+        models are; None for the truck.
     own : object
         CommonRoad's parameters.
 
@@ -96,7 +98,7 @@ class CommonRoadCar:
         elif model == "kst" and self.own.trailer.l_wb is None:
             raise ArgumentError("trailer", "None", "the wheelbase of the trailer [m]", "Vehicle 4 has one of its own.")
         self.name = f"CommonRoad {model}, vehicle {vehicle}"
-        self.car: VehicleParameters | None = VEHICLES[CARS[vehicle]] if vehicle in CARS else None
+        self.car: VehicleParameters | None = _without_drag(vehicle) if vehicle in CARS else None
         self.states = Signals(form.states, "states")
         self.inputs = Signals(INPUTS, "inputs")
         self.outputs = Signals(form.outputs, "outputs")
@@ -180,3 +182,8 @@ class CommonRoadCar:
             return slopes
 
         return rates
+
+
+def _without_drag(vehicle: int) -> VehicleParameters:
+    """The car as CommonRoad has it. Drag that is not there would be reckoned with to brake."""
+    return replace(VEHICLES[CARS[vehicle]], b_lon=0.0, b_lat=0.0)
