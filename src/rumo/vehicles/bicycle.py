@@ -6,7 +6,7 @@ from typing import Any
 
 import casadi as ca
 
-from rumo.model import Model
+from rumo.model import Model, Output
 from rumo.terms import Constraint, Penalty
 from rumo.vehicles.chassis import (
     BODY_STATES,
@@ -14,6 +14,7 @@ from rumo.vehicles.chassis import (
     WheelForces,
     choices,
     friction,
+    friction_use,
     planar_motion,
     tyre_friction,
     wheel_forces,
@@ -41,7 +42,8 @@ def dynamic_bicycle(
 
     States p_x, p_y [m], psi [rad], v_x, v_y [m/s], omega [rad/s], wheel speeds w_f, w_r [rad/s], steering angle
     delta [rad]; inputs torque on each rear wheel [N m] and steering_rate [rad/s]; parameters wind_speed [m/s] and
-    wind_direction [rad], where the wind blows to, and mu [1], the friction of the road.
+    wind_direction [rad], where the wind blows to, and mu [1], the friction of the road. Outputs friction_use_f and
+    friction_use_r are the force of a tyre of each axle over mu F_z [1].
 
     Parameters
     ----------
@@ -76,12 +78,22 @@ def dynamic_bicycle(
             **steering.rates(u),
         }
 
+    def used(axle: int) -> Output:
+        of_axle = (parameters.front, parameters.rear)[axle]
+        load = (parameters.front_load, parameters.rear_load)[axle]
+
+        def expression(x: Any, u: Any, p: Any) -> Any:
+            force = _wheels(x, p, steering.angle(x, u), parameters, tyre, as_printed)[axle]
+            return friction_use(force, p.mu, load, of_axle, parameters)
+
+        return Output("1", expression)
+
     return Model(
         states={**BODY_STATES, "w_f": "rad/s", "w_r": "rad/s", **steering.states},
         inputs={**drive.inputs(AXLES), **steering.inputs},
         dynamics=dynamics,
         parameters={**WIND, **friction(parameters)},
-        outputs=MOTION,
+        outputs={**MOTION, "friction_use_f": used(0), "friction_use_r": used(1)},
         name="dynamic_bicycle",
     )
 

@@ -19,6 +19,8 @@ WIND = {"wind_speed": Parameter("m/s", 0.0), "wind_direction": Parameter("rad", 
 """Wind over ground and the direction it blows to, from the x axis."""
 LEAST_FRICTION = 1e-3
 """Friction below this is taken for this: no tyre has a direction of force without any."""
+TINY_USE = 1e-6
+"""Added to the use of friction under its root, which has a slope at 0 so."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,12 @@ def wheel_forces(
         sigma, tan_alpha, direction = slip(v_lon, v_lat, wheel_speed, parameters.r, signed=signed)
     F_x, F_y = model.force(tyre, sigma, tan_alpha, load, tyre_friction(mu, tyre, parameters), direction)
     return WheelForces(F_x, F_y, F_x * cos - F_y * sin, F_x * sin + F_y * cos)
+
+
+def friction_use(force: WheelForces, mu: Any, load: Any, tyre: TyreParameters, parameters: VehicleParameters) -> Any:
+    """Force of a tyre over mu F_z, what friction would let it have: near 1 at its peak [1]."""
+    limit = tyre_friction(mu, tyre, parameters) * load
+    return ca.sqrt((force.F_x**2 + force.F_y**2) / limit**2 + TINY_USE**2)
 
 
 def _slip_at_center(

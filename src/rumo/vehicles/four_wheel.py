@@ -8,7 +8,16 @@ import casadi as ca
 
 from rumo.errors import ArgumentError
 from rumo.model import Model, Output
-from rumo.vehicles.chassis import BODY_STATES, WIND, choices, friction, planar_motion, wheel_forces
+from rumo.vehicles.chassis import (
+    BODY_STATES,
+    WIND,
+    WheelForces,
+    choices,
+    friction,
+    friction_use,
+    planar_motion,
+    wheel_forces,
+)
 from rumo.vehicles.commands import REAR_TORQUE, STEERING_RATE, Drive, Steering, check_commands
 from rumo.vehicles.drivetrain import held
 from rumo.vehicles.errata import AsPrinted
@@ -34,7 +43,8 @@ def four_wheel(
     """Four-wheel car with 11 states: equations (vehicle-dynamics), (wheels-dynamics) and (steering-dynamics).
 
     States, inputs and parameters as `dynamic_bicycle`, with four wheel speeds w_fl, w_fr, w_rl, w_rr [rad/s];
-    outputs w_f and w_r are the mean wheel speeds of the axles, what the bicycle calls so.
+    outputs w_f and w_r are the mean wheel speeds of the axles, what the bicycle calls so, and friction_use_fl to
+    friction_use_rr the force of each tyre over mu F_z [1].
 
     Parameters
     ----------
@@ -75,7 +85,8 @@ def four_wheel(
         "rr": (-par.l_r, -par.t_w),
     }
 
-    def dynamics(x: Any, u: Any, p: Any) -> dict[str, Any]:
+    def on_the_ground(x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any], dict[str, WheelForces]]:
+        """Torque, normal load and tyre force of each wheel."""
         torques = drive.torques(x, u, WHEELS, par)
         tan_delta = _ackermann(steering.angle(x, u), par)
         loads = _loads(x, sum(torques.values()) / par.r, par, load_transfer)
@@ -94,6 +105,18 @@ def four_wheel(
             )
             for wheel, position in positions.items()
         }
+        return torques, loads, forces
+
+    def used(wheel: str) -> Output:
+        def expression(x: Any, u: Any, p: Any) -> Any:
+            _, loads, forces = on_the_ground(x, u, p)
+            of_axle = par.front if wheel[0] == "f" else par.rear
+            return friction_use(forces[wheel], p[road[wheel[1]]], loads[wheel], of_axle, par)
+
+        return Output("1", expression)
+
+    def dynamics(x: Any, u: Any, p: Any) -> dict[str, Any]:
+        torques, _, forces = on_the_ground(x, u, p)
         X = sum(force.X for force in forces.values())
         Y = sum(force.Y for force in forces.values())
         moment = sum(forward * forces[wheel].Y - left * forces[wheel].X for wheel, (forward, left) in positions.items())
@@ -113,6 +136,7 @@ def four_wheel(
             "w_f": Output("rad/s", lambda x, u, p: 0.5 * (x.w_fl + x.w_fr)),
             "w_r": Output("rad/s", lambda x, u, p: 0.5 * (x.w_rl + x.w_rr)),
             **MOTION,
+            **{f"friction_use_{wheel}": used(wheel) for wheel in WHEELS},
         },
         name="four_wheel",
     )

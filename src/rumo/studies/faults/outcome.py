@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rumo.simulation.log import signal
 from rumo.simulation.variables import SKIPPED
 from rumo.status import Status
-from rumo.studies.kpis import tracking_error
+from rumo.studies.kpis import Driven, heading_error, kpis, tracking_error
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,11 +66,11 @@ def outcome(log: xr.Dataset | None, exception: str | None = None) -> dict[str, A
     dt = float(log.attrs["sampling_time_s"])
     error = tracking_error(log)
     largest = float(error[first:].max()) if error[first:].size else None
-    turned = np.abs(signal(log, "plant", "psi") - signal(log, "reference", "psi"))[first:]
+    turned = np.abs(heading_error(log))[first:]
     statuses = [str(status) for status in log["status"].to_numpy()]
     words = np.flatnonzero(told(log)[first:end])
     return {
-        "bad_commands": _bad_commands(log),
+        **kpis(Driven(log), ("bad_commands",)),
         "largest_error_m": largest,
         "lost": exception is not None or bool((error[first:] > FAR).any() or (turned > BACKWARDS).any()),
         "samples_to_recover": _samples_until([name in SOLVED for name in statuses[end:]]),
@@ -80,7 +78,7 @@ def outcome(log: xr.Dataset | None, exception: str | None = None) -> dict[str, A
         "told": bool(words.size),
         "told_after_s": dt * int(words[0]) if words.size else None,
         **raised,
-        "status_counts": dict(Counter(statuses)),
+        **kpis(Driven(log), ("status_counts",)),
     }
 
 
@@ -97,12 +95,6 @@ def bad_samples(log: xr.Dataset) -> tuple[int, int]:
     """The first bad sample of a drive, and the first good one after it."""
     first = int(log.attrs["first_bad_sample"])
     return first, first + int(log.attrs["bad_samples"])
-
-
-def _bad_commands(log: xr.Dataset) -> int:
-    commands = log["commanded"].to_numpy()
-    within = (commands >= log["input_lower"].to_numpy()) & (commands <= log["input_upper"].to_numpy())
-    return int((~within.all(axis=1)).sum())
 
 
 def _samples_until(good: list[bool]) -> int | None:

@@ -11,7 +11,7 @@ from rumo.problem import Problem
 from rumo.signals import Array
 from rumo.simulation.log import signal
 from rumo.status import Status
-from rumo.studies.kpis import SETTLED, driving_kpis, tracking_error
+from rumo.studies.kpis import SETTLED, driving_kpis, heading_error, tracking_error
 from rumo.studies.linearization.sweeps import SWEEPS
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def outcome(log: xr.Dataset, problem: Problem, steps: int) -> dict[str, Any]:
         plant could not be integrated to the end.
     """
     kpis, error = driving_kpis(log), tracking_error(log)
-    turned = np.abs(signal(log, "plant", "psi") - signal(log, "reference", "psi"))
+    turned = np.abs(heading_error(log))
     across = _across(log)[log["time"].to_numpy() >= SETTLED]
     statuses = [Status[str(status)] for status in log["status"].to_numpy()]
     return {

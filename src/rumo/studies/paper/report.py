@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rumo.report.contents import Section
 from rumo.report.tables import Table, number
+from rumo.studies.kpis import POINT
 from rumo.studies.looks import label
 from rumo.studies.paper.charts import paper_charts
 
@@ -28,9 +29,7 @@ def controllers_table(controllers: Mapping[str, Any]) -> Table:
     runs = list(controllers.values())
     statuses = list(dict.fromkeys(status for run in runs for status in run["status_counts"]))
     rows = [
-        ["RMS error [m]", *(number(run["tracking_error_rms_m"]) for run in runs)],
-        ["RMS error after 2 s [m]", *(number(run["tracking_error_rms_after_2s_m"]) for run in runs)],
-        ["Largest error after 2 s [m]", *(number(run["tracking_error_max_after_2s_m"]) for run in runs)],
+        *([f"{kpi.title} [{kpi.unit}]", *(number(run[kpi.key]) for run in runs)] for kpi in POINT.values()),
         *(
             [f"Step time, {words} [us]", *(number(run["step_time_us"][key]) for run in runs)]
             for key, words in (("mean", "mean"), ("p50", "median"), ("p99", "99 %"), ("max", "largest"))
