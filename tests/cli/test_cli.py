@@ -176,7 +176,7 @@ def test_quiet_says_nothing_but_errors(tmp_path):
 STUDIES = [["study", name] for name in ("paper", "faults", "discretization", "linearization")]
 
 
-@pytest.mark.parametrize("command", [[], ["study"], *STUDIES, ["bench"], ["models"]])
+@pytest.mark.parametrize("command", [[], ["study"], *STUDIES, ["drive"], ["bench"], ["models"]])
 def test_help_fits_80_columns_and_is_whole(command):
     result = CliRunner(env={"COLUMNS": "80"}).invoke(app, [*command, "-h"])
     assert result.exit_code == 0

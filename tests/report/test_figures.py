@@ -66,7 +66,7 @@ def test_print_and_page_show_the_same(charts):
             counts = [patch.get_height() for patch in printed.patches]
             np.testing.assert_array_equal(counts, interactive.data[0].y)
             assert sum(counts) == 10  # every step is in some bin
-            assert chart.marker == (40.0, "Sampling period, 40 ms")
+            assert chart.markers == ((40.0, "Sampling period, 40 ms"),)
             continue
         assert len(printed.lines) == len(interactive.data) == len(chart.lines)
         for line, trace, source in zip(printed.lines, interactive.data, chart.lines, strict=True):

@@ -16,7 +16,7 @@ from rumo.report.contents import Report
 from rumo.report.figures import draw
 from rumo.report.page import write_page
 from rumo.simulation import Constant, load, save
-from rumo.studies import PaperStudy
+from rumo.studies import Drive, PaperStudy
 from rumo.studies.base import carry_out, nested, shared_controller
 from rumo.studies.discretization import CASES, DiscretizationStudy
 from rumo.studies.faults import FaultStudy
@@ -26,6 +26,7 @@ STUDIES = {
     "paper": PaperStudy(("rti", "nlp"), duration=0.4),
     "faults": FaultStudy(("rti", "ltv"), ("none", "jump", "budget"), start=0.4, duration=0.8, keep_logs=True),
     "linearization": LinearizationStudy(("rti", "ltv"), {"speed": (8.0, 9.0), "noise": (1.0,)}, duration=0.4),
+    "drive": Drive("oval", distance=15.0, backend="portable"),
     "discretization": DiscretizationStudy(("van-de-vusse",), ("implicit-euler", "radau2"), backend="portable"),
 }
 

@@ -8,6 +8,7 @@ import typer
 
 import rumo
 from rumo.cli.bench import bench
+from rumo.cli.drive import drive
 from rumo.cli.models import models
 from rumo.cli.studies import study
 
@@ -18,6 +19,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+app.command()(drive)
 app.command()(bench)
 app.add_typer(study, name="study")
 app.command()(models)

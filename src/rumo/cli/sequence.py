@@ -111,8 +111,11 @@ def _results(
         # What was driven so far is kept as well, if it can be.
         log = getattr(stopped, "log", None)
         if log is not None:
+            key, log = next(key for key in runs if key not in results), log.assign_attrs(complete="no")
             with suppress(KeyboardInterrupt, OSError), interruptible(inf):
-                keep(next(key for key in runs if key not in results), log.assign_attrs(complete="no"))
+                keep(key, log)
+            if study.takes_parts and log.sizes["time"]:
+                results[key] = log
         return _in_order(results, runs), stopped
     return _in_order(results, runs), None
 
@@ -141,7 +144,8 @@ def _write(study: Study, results: dict[Key, Any], stopped: BaseException | None,
     with interruptible(inf):
         report = study.report(nested(results))
         if stopped is not None:
-            report = incomplete(report, f"{len(results)} of {len(study.runs())} runs were done", stopped)
+            done = sum(getattr(result, "attrs", {}).get("complete") != "no" for result in results.values())
+            report = incomplete(report, f"{done} of {len(study.runs())} runs were done", stopped)
         write_json(report.summary, folder / "summary.json")
         write_page(folder / "report.html", report)
     return report

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,12 +15,14 @@ class Look:
     """Colour and dash of a line, "" for its markers alone; these and widths tell lines apart where colours don't.
 
     Markers, on each point: circle, square, diamond, cross, x, triangle-up, triangle-down, star; or "" for none.
+    `size` is theirs [pt].
     """
 
     color: str
     dash: str
     width: float = 1.6
     marker: str = ""
+    size: float = 5.0
 
 
 # Okabe and Ito's palette, made to be told apart by colour-blind readers.
@@ -37,6 +40,16 @@ class Line:
     y: Array
     look: Look
     steps: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Colored:
+    """A curve of points x, y (n,) in the colours of values (n,), and what these are, with a unit, for the scale."""
+
+    x: Array
+    y: Array
+    values: Array
+    label: str
 
 
 @dataclass(frozen=True)
@@ -70,16 +83,22 @@ class Chart(Content):
         Curves.
     histogram : Line or None
         Its y values are binned on a logarithmic axis instead of drawn as a curve.
-    marker : tuple of float and str, or None
-        A vertical line at a value, and what it says.
+    markers : tuple of (float, str)
+        Vertical lines at values of the histogram, and what they say.
+    colored : Colored or None
+        A curve below the others.
     equal : bool
         The same scale on both axes.
+    height : float
+        In print [inch].
     """
 
     lines: tuple[Line, ...] = field(default_factory=tuple)
     histogram: Line | None = None
-    marker: tuple[float, str] | None = None
+    markers: tuple[tuple[float, str], ...] = ()
+    colored: Colored | None = None
     equal: bool = False
+    height: float = 3.6
 
 
 COLUMNS = 2
@@ -129,8 +148,15 @@ class Panels(Content):
         return "y" not in self.logarithmic and all((line.y >= 0.0).all() for _, lines in self.panels for line in lines)
 
 
-def bins(samples: Array, marker: float) -> Array:
-    """Logarithmic bin edges that cover the samples and the marker."""
-    low, high = min(float(samples.min()), marker), max(float(samples.max()), marker)
+MARKS = ("dash", "dot", "dashdot")
+"""Of a histogram's markers, in their order."""
+SCALE = "viridis"
+"""Of colours: as bright as the values are high, for everybody."""
+
+
+def bins(samples: Array, markers: Sequence[tuple[float, str]]) -> Array:
+    """Logarithmic bin edges that cover the samples and the markers."""
+    every = np.r_[samples, [value for value, _ in markers]]
+    low, high = float(every.min()), float(every.max())
     first, last = np.floor(np.log10(low) * 10.0) / 10.0, np.ceil(np.log10(high) * 10.0) / 10.0
     return np.logspace(first, last, 1 + round((last - first) * 25))

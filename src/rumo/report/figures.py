@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rumo.files import write_whole
-from rumo.report.charts import LIMIT, Chart, Line, Panels, bins
+from rumo.report.charts import LIMIT, MARKS, SCALE, Chart, Colored, Line, Panels, bins
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,17 +62,19 @@ def _draw_chart(chart: Chart) -> Figure:
     from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
     with mpl.rc_context(STYLE):
-        figure = Figure(layout="constrained")
+        figure = Figure(figsize=(7.0, chart.height), layout="constrained")
         axes = figure.subplots()
+        if chart.colored is not None:
+            _add_colored(figure, axes, chart.colored)
         for line in chart.lines:
             _add(axes, line)
-        if chart.histogram is not None and chart.marker is not None:
-            value, words = chart.marker
-            edges = bins(chart.histogram.y, value)
+        if chart.histogram is not None:
+            edges = bins(chart.histogram.y, chart.markers)
             axes.hist(
                 chart.histogram.y, bins=edges.tolist(), color=chart.histogram.look.color, label=chart.histogram.name
             )
-            axes.axvline(value, color="#000000", linestyle="--", linewidth=1.2, label=words)
+            for (value, words), dash in zip(chart.markers, MARKS, strict=False):
+                axes.axvline(value, color="#000000", linestyle=DASHES[dash], linewidth=1.2, label=words)
             axes.set_xscale("log")
             axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
@@ -121,8 +123,13 @@ def _draw_panels(content: Panels) -> Figure:
             axes.tick_params(labelbottom=True)
         figure.suptitle(content.title, fontsize=11)
         figure.supylabel(content.y_label, fontsize=10)
-        handles, labels = (found[::-1] for found in grid[0, 0].get_legend_handles_labels())
-        figure.legend(handles, labels, loc="outside lower center", ncols=min(len(handles), LEGEND_COLUMNS))
+        named: dict[str, Any] = {}
+        for axes in grid.flat[: len(content.panels)]:
+            handles, labels = axes.get_legend_handles_labels()
+            for handle, label in zip(reversed(handles), reversed(labels), strict=True):
+                named.setdefault(label, handle)
+        columns = min(len(named), LEGEND_COLUMNS)
+        figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=columns)
         return figure
 
 
@@ -149,6 +156,18 @@ def _scale(axes: Any, content: Chart | Panels) -> None:
         axis.set_minor_formatter(NullFormatter())
 
 
+def _add_colored(figure: Figure, axes: Any, curve: Colored) -> None:
+    from matplotlib.collections import LineCollection
+
+    points = np.column_stack([curve.x, curve.y])
+    ends = list(np.stack([points[:-1], points[1:]], axis=1))
+    # Round ends leave no gaps between one piece and the next.
+    pieces = LineCollection(ends, array=curve.values[:-1], cmap=SCALE, linewidth=2.6, capstyle="round")
+    axes.add_collection(pieces)
+    axes.autoscale_view()
+    figure.colorbar(pieces, ax=axes, label=curve.label, shrink=0.9)
+
+
 def _add(axes: Any, line: Line) -> None:
     axes.plot(
         line.x,
@@ -158,7 +177,7 @@ def _add(axes: Any, line: Line) -> None:
         linestyle=DASHES[line.look.dash],
         linewidth=line.look.width,
         marker=MARKERS[line.look.marker],
-        markersize=5.0,
+        markersize=line.look.size,
         drawstyle="steps-post" if line.steps else "default",
     )
 

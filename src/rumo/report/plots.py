@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from rumo.report.charts import LIMIT, Chart, Line, Panels, bins
+from rumo.report.charts import LIMIT, MARKS, SCALE, Chart, Colored, Line, Panels, bins
 
 WIDE, NARROW = 740, 330
 """Widths that legends must do with [px]."""
 TOP, BELOW = 44, 52
 """Room for the mode bar, and for ticks and label of the lower axis [px]."""
-CHART, ROW = 330, 135
-"""Height of a chart, and of a row of panels for each inch in print [px]."""
+CHART, PRINTED, ROW = 330, 3.6, 135
+"""Height of a chart [px] that is so high in print [inch], and of a row of panels for each inch [px]."""
 
 
 def plot(content: Chart | Panels) -> Any:
@@ -33,7 +33,10 @@ def narrow_layout(content: Chart | Panels, figure: Any) -> dict[str, Any]:
     names = [trace.name for trace in figure.data if trace.showlegend is not False]
     margins = {"l": 64, "r": 10, "t": figure.layout.margin.t, "b": BELOW + _legend_height(names, NARROW)}
     if isinstance(content, Chart):
-        return {"margin": margins, "height": round(0.85 * CHART) + margins["t"] + margins["b"]}
+        return {
+            "margin": margins,
+            "height": round(0.85 * CHART * content.height / PRINTED) + margins["t"] + margins["b"],
+        }
     count, height = len(content.panels), round(ROW * content.height)
     changes: dict[str, Any] = {"margin": margins, "height": height * count + margins["t"] + margins["b"]}
     annotations = [annotation.to_plotly_json() for annotation in figure.layout.annotations]
@@ -54,11 +57,12 @@ def _plot_chart(chart: Chart) -> Any:
     import plotly.graph_objects as go
 
     figure = go.Figure()
+    if chart.colored is not None:
+        figure.add_scatter(**_colored(chart.colored))
     for line in chart.lines:
         figure.add_scatter(**_curve(line))
-    if chart.histogram is not None and chart.marker is not None:
-        value, words = chart.marker
-        edges = bins(chart.histogram.y, value)
+    if chart.histogram is not None:
+        edges = bins(chart.histogram.y, chart.markers)
         counts, _ = np.histogram(chart.histogram.y, edges)
         figure.add_bar(
             x=np.sqrt(edges[1:] * edges[:-1]),
@@ -67,15 +71,11 @@ def _plot_chart(chart: Chart) -> Any:
             name=chart.histogram.name,
             marker_color=chart.histogram.look.color,
         )
-        figure.add_scatter(
-            x=[value, value],
-            y=[0, counts.max()],
-            mode="lines",
-            name=words,
-            line={"color": "#000000", "dash": "dash", "width": 1.5},
-        )
+        for (value, words), dash in zip(chart.markers, MARKS, strict=False):
+            line = {"color": "#000000", "dash": dash, "width": 1.5}
+            figure.add_scatter(x=[value, value], y=[0, counts.max()], mode="lines", name=words, line=line)
         figure.update_xaxes(type="log", tickvals=[m * 10.0**e for e in range(-4, 5) for m in (1, 2, 5)])
-    _lay_out(figure, CHART)
+    _lay_out(figure, round(CHART * chart.height / PRINTED))
     figure.update_layout(
         xaxis_title=chart.x_label,
         yaxis_title=chart.y_label,
@@ -156,13 +156,19 @@ def _scale(figure: Any, content: Chart | Panels) -> None:
         figure.update_yaxes(type="log", exponentformat="power")
 
 
+def _colored(curve: Colored) -> dict[str, Any]:
+    """Points, close to each other: a line has one colour in Plotly."""
+    scale = {"color": curve.values, "colorscale": SCALE, "size": 5, "colorbar": {"title": curve.label}}
+    return {"x": curve.x, "y": curve.y, "mode": "markers", "marker": scale, "showlegend": False, "name": curve.label}
+
+
 def _curve(line: Line) -> dict[str, Any]:
     return {
         "x": line.x,
         "y": line.y,
         "name": line.name,
         "mode": "+".join(["lines"] * bool(line.look.dash) + ["markers"] * bool(line.look.marker)),
-        "marker": {"symbol": line.look.marker or "circle", "size": 7},
+        "marker": {"symbol": line.look.marker or "circle", "size": 1.4 * line.look.size},
         "line": {
             "color": line.look.color,
             "dash": line.look.dash or "solid",

@@ -9,13 +9,21 @@ from typing import TYPE_CHECKING
 from rumo.interrupts import Interrupted
 from rumo.simulation.loop import ClosedLoop
 from rumo.simulation.recorder import Recorder
+from rumo.simulation.sample import Sample
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def record(loop: ClosedLoop, progress: Callable[[int, int], None] | None = None) -> xr.Dataset:
-    """Run a loop to its end and return the log, see `Scenario.run`."""
+def record(
+    loop: ClosedLoop,
+    progress: Callable[[int, int], None] | None = None,
+    until: Callable[[Sample], bool] | None = None,
+) -> xr.Dataset:
+    """Run a loop and return the log, see `Scenario.run`: to its end, or to the first sample of which `until` is true.
+
+    The input of this last sample is recorded, and no longer applied.
+    """
     recorder = Recorder(
         loop.controller, loop.plant, measured=loop.measured, observed=loop.scenario.observed, seed=loop.scenario.seed
     )
@@ -25,6 +33,8 @@ def record(loop: ClosedLoop, progress: Callable[[int, int], None] | None = None)
                 recorder.record(sample)
                 if progress is not None:
                     progress(sample.index + 1, len(loop))
+                if until is not None and until(sample):
+                    break
     except BaseException as error:
         log = recorder.log().assign_attrs(complete="no")
         if isinstance(error, KeyboardInterrupt):

@@ -26,7 +26,10 @@ Progress = Callable[[str, float, int], None]
 
 
 class Run(Protocol):
-    """Something to do, as plain data that can be sent to another process: a `Scenario`, or what is made of some."""
+    """Something to do, as plain data that can be sent to another process: a `Scenario`, or what is made of some.
+
+    It may have a `unit`, in which it tells its progress: the only run of a name is shown by it.
+    """
 
     def run(self, *, progress: Callable[[int, int], None] | None = None) -> Any:
         """Do it, and return what came of it; `progress` is called with (done, all) on the way."""
@@ -38,6 +41,8 @@ class Study(ABC):
 
     keeps_logs: ClassVar[bool] = False
     """Whether what comes of a run, a log or something with one, is worth a file."""
+    takes_parts: ClassVar[bool] = False
+    """Whether the log of a run that was broken off is something to report."""
 
     @abstractmethod
     def runs(self) -> Mapping[Key, Run]:
@@ -87,18 +92,40 @@ def carry_out(runs: Mapping[Key, Run], progress: Progress | None = None, jobs: i
     every, done = Counter(str(key[0]) for key in runs), Counter[str]()
     for key, run in runs.items():
         name = str(key[0])
-
-        def tell(part: int, whole: int, name: str = name) -> None:
-            if progress is not None and part < whole:
-                progress(name, done[name] + part / whole, every[name])
-
+        told = _Told(progress, name, done[name], every[name], getattr(run, "unit", ""))
         with interruptible(0):
-            tell(0, 1)
-            result = run.run(progress=tell)
+            told(0, 1)
+            result = run.run(progress=told)
         done[name] += 1
-        if progress is not None:
-            progress(name, done[name], every[name])
+        told.end()
         yield key, result
+
+
+class _Told:
+    """Tells how far the runs of a name have come; one alone by its own measure, if that has a unit."""
+
+    def __init__(self, progress: Progress | None, name: str, before: int, every: int, unit: str) -> None:
+        self._progress, self._name, self._before, self._every = progress, name, before, every
+        self._alone, self._whole = bool(unit) and every == 1, 1
+        if self._alone:
+            self._name = f"{name} ({unit})"
+
+    def __call__(self, part: int, whole: int) -> None:
+        self._whole = whole
+        if part < whole:
+            self._tell(part / whole)
+
+    def end(self) -> None:
+        """One more run is done."""
+        self._tell(1.0)
+
+    def _tell(self, share: float) -> None:
+        if self._progress is None:
+            return
+        if self._alone:
+            self._progress(self._name, share * self._whole, self._whole)
+        else:
+            self._progress(self._name, self._before + share, self._every)
 
 
 def _in_processes(runs: Mapping[Key, Run], progress: Progress | None, jobs: int) -> Generator[tuple[Key, Any]]:

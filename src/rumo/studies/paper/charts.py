@@ -96,7 +96,7 @@ def _step_times(name: str, log: xr.Dataset, dt: float) -> Chart:
         "Time [ms]",
         "Steps",
         histogram=Line(f"{label(name)}, mean {samples.mean():.3g} ms", samples, samples, look(name)),
-        marker=(1e3 * dt, f"Sampling period, {1e3 * dt:g} ms"),
+        markers=((1e3 * dt, f"Sampling period, {1e3 * dt:g} ms"),),
     )
 
 

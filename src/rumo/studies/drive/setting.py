@@ -1,0 +1,141 @@
+"""From a car and a path to a scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from rumo.controllers import Controller
+from rumo.discretization import Discretization, Radau2
+from rumo.errors import ArgumentError
+from rumo.estimation import Estimator
+from rumo.model import Model
+from rumo.problem import Problem
+from rumo.references import Path, PathTracking, ReferenceLike, SpeedProfile
+from rumo.simulation import Constant, Disturbance, RandomWalk, Scenario, Sensors
+from rumo.simulation.foreign import as_plant
+from rumo.studies.drive.plants import DrivenCar
+from rumo.vehicles import VehicleParameters, path_problem, rolling_bicycle
+
+WIND = RandomWalk(mean=2.0, std=1.5)
+"""Speed of the wind, which blows to +y [m/s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class DriveSetting:
+    """A car, a path, speeds, and who drives: all that a `Scenario` is made of, most of it by default.
+
+    Parameters
+    ----------
+    path : Path
+        To be followed.
+    profile : SpeedProfile
+        How fast.
+    car : VehicleParameters
+        As it is predicted, and as it begins.
+    driven : DrivenCar
+        What is driven.
+    duration : float
+        At most [s].
+    problem : Problem, optional
+        `path_problem(car)` if not given.
+    reference : Reference, optional
+        `PathTracking` of the path if not given.
+    observed : Model, optional
+        Whose states are measured and estimated; `rolling_bicycle(car)` with the default problem, if not given.
+    controller : str or type
+        See `Scenario`.
+    settings : mapping of str to object
+        Of the controller.
+    discretization : Discretization
+        Of the controller.
+    backend : str, optional
+        Of the real-time iteration.
+    estimator : Estimator, optional
+        None for the state itself, or what is measured of it.
+    noise : mapping of str to float
+        Standard deviations of measurements; exact without.
+    wind : Disturbance
+        Speed of the wind, where the plant knows of any [m/s].
+    mu : float, optional
+        Friction of the road, which the controller is told; the plant's own if not given.
+    begin : float
+        Arc length at which the car begins, at the profile's speed [m].
+    seed : int
+        Of wind and noise.
+    """
+
+    path: Path
+    profile: SpeedProfile
+    car: VehicleParameters
+    driven: DrivenCar
+    duration: float
+    problem: Problem | None = None
+    reference: ReferenceLike | None = None
+    observed: Model | None = None
+    controller: str | type[Controller] = "rti"
+    settings: Mapping[str, Any] | None = None
+    discretization: Discretization = field(default_factory=Radau2)
+    backend: str | None = None
+    estimator: Estimator | None = None
+    noise: Mapping[str, float] = field(default_factory=dict[str, float])
+    wind: Disturbance = WIND
+    mu: float | None = None
+    begin: float = 0.0
+    seed: int = 0
+
+    def motion(self) -> dict[str, float]:
+        """Of the car where it begins: rolling along the path at the profile's speed."""
+        here, speed = self.path.at(self.begin), float(self.profile.speed_at(self.begin))
+        rolling = self.car.rolling(np.array([speed]), np.array([float(here.curvature)]))
+        v_y = float(rolling["v_y"][0])
+        return {
+            "p_x": float(here.x),
+            "p_y": float(here.y),
+            "psi": float(here.heading - np.arctan2(v_y, speed)),
+            "v_x": speed,
+            "v_y": v_y,
+            "omega": speed * float(here.curvature),
+            "delta": float(rolling["delta"][0]),
+        }
+
+    def scenario(self) -> Scenario:
+        """The run.
+
+        Raises
+        ------
+        ArgumentError
+            If a part does not fit the others, or the plant has no friction to be changed.
+        """
+        problem, observed = self.problem, self.observed
+        if problem is None:
+            problem = path_problem(self.car, drive=self.driven.drive)
+            observed = observed or rolling_bicycle(self.car, drive=self.driven.drive)
+        knows = as_plant(self.driven.plant, problem.sampling_time).parameters
+        disturbances: dict[str, Disturbance] = {}
+        if "wind_speed" in knows:
+            disturbances = {"wind_speed": self.wind, "wind_direction": Constant(0.5 * np.pi)}
+        if self.mu is not None:
+            if "mu" not in knows:
+                raise ArgumentError("mu", f"{self.mu:g}", "none: this plant has no friction that could be changed")
+            disturbances["mu"] = Constant(self.mu)
+            problem = problem.changed(parameters={"mu": self.mu})
+        return Scenario(
+            problem,
+            self.driven.plant,
+            self.driven.start(self.car, self.motion()),
+            self.reference or PathTracking(self.path, self.profile, vehicle=self.car, begin=self.begin),
+            self.duration,
+            controller=self.controller,
+            settings=self.settings,
+            discretization=self.discretization,
+            backend=self.backend,
+            sensors=Sensors(self.noise),
+            estimator=self.estimator,
+            observed=observed,
+            disturbances=disturbances,
+            seed=self.seed,
+        )
