@@ -13,10 +13,12 @@ from rumo.references import TRACKS, Path, PathTracking, SpeedProfile, Track
 from rumo.report.charts import Panels
 from rumo.report.figures import draw
 from rumo.report.plots import plot
+from rumo.simulation import Plant
 from rumo.studies.base import carry_out
 from rumo.studies.drive import ESTIMATORS, PLANTS, ROADS, Drive, DriveRun, DriveSetting, driven_car, driven_road
 from rumo.studies.drive.run import _Watch
-from rumo.vehicles import PASSENGER_CAR, VEHICLES, rolling_bicycle
+from rumo.studies.drive.start import first_motion
+from rumo.vehicles import PASSENGER_CAR, VEHICLES, RearTorque, rolling_bicycle
 from rumo.vehicles.parameters import GRAVITY
 
 SHORT = Drive("oval", distance=60.0, backend="portable")
@@ -145,6 +147,31 @@ def test_a_car_arrives_when_it_has_driven_far_enough():
     assert told[3] == (15, 100)
     assert told[-1] == (100, 100)
     assert watch().outcome == "late"  # unless something else is found
+
+
+@pytest.mark.parametrize("mu", [None, 0.6])
+def test_a_car_begins_in_the_motion_that_it_is_to_have(mu):
+    """Held for 2 s, the first inputs keep it at its speed on a circle."""
+    radius = 30.0
+    circle = Path.from_curvature((0.0, 2.0 * np.pi * radius), (1.0 / radius, 1.0 / radius), closed=True)
+    speed = np.sqrt(0.85 * (mu or PASSENGER_CAR.mu) * GRAVITY * radius)
+    profile = SpeedProfile((0.0, circle.length), (speed, speed), closed=True)
+    motion, inputs = first_motion(circle, profile, PASSENGER_CAR, RearTorque(), begin=20.0, mu=mu)
+    plant = Plant(rolling_bicycle(PASSENGER_CAR), 2.0)
+    p = plant.model.parameter_vector({} if mu is None else {"mu": mu})
+    end = plant.advance(plant.states.vector(motion, "x"), plant.inputs.vector(inputs, "u"), p)
+    end = dict(zip(plant.states, end, strict=True))
+    assert np.hypot(end["p_x"], end["p_y"] - radius) == pytest.approx(radius, abs=1e-3)
+    assert np.hypot(end["v_x"], end["v_y"]) == pytest.approx(speed, rel=1e-5)
+    assert motion["v_y"] < speed * PASSENGER_CAR.l_r / radius - 0.3  # it does not roll without slip
+
+
+def test_a_car_at_rest_begins_at_rest():
+    straight = Path.from_curvature((0.0, 100.0), (0.0, 0.0))
+    profile = SpeedProfile((0.0, 50.0, 100.0), (0.0, 10.0, 10.0))
+    motion, inputs = first_motion(straight, profile, PASSENGER_CAR, RearTorque())
+    assert not any(motion.values())
+    assert not any(inputs.values())
 
 
 @pytest.mark.parametrize("plant", PLANTS)

@@ -18,6 +18,7 @@ from rumo.references import Path, PathTracking, ReferenceLike, SpeedProfile
 from rumo.simulation import Constant, Disturbance, RandomWalk, Scenario, Sensors
 from rumo.simulation.foreign import as_plant
 from rumo.studies.drive.plants import DrivenCar
+from rumo.studies.drive.start import first_motion
 from rumo.vehicles import VehicleParameters, path_problem, rolling_bicycle
 
 WIND = RandomWalk(mean=2.0, std=1.5)
@@ -63,7 +64,7 @@ class DriveSetting:
     mu : float, optional
         Friction of the road, which the controller is told; the plant's own if not given.
     begin : float
-        Arc length at which the car begins, at the profile's speed [m].
+        Arc length at which the car begins, see `first_motion` [m].
     seed : int
         Of wind and noise.
     """
@@ -87,21 +88,6 @@ class DriveSetting:
     begin: float = 0.0
     seed: int = 0
 
-    def motion(self) -> dict[str, float]:
-        """Of the car where it begins: rolling along the path at the profile's speed."""
-        here, speed = self.path.at(self.begin), float(self.profile.speed_at(self.begin))
-        rolling = self.car.rolling(np.array([speed]), np.array([float(here.curvature)]))
-        v_y = float(rolling["v_y"][0])
-        return {
-            "p_x": float(here.x),
-            "p_y": float(here.y),
-            "psi": float(here.heading - np.arctan2(v_y, speed)),
-            "v_x": speed,
-            "v_y": v_y,
-            "omega": speed * float(here.curvature),
-            "delta": float(rolling["delta"][0]),
-        }
-
     def scenario(self) -> Scenario:
         """The run.
 
@@ -123,16 +109,21 @@ class DriveSetting:
                 raise ArgumentError("mu", f"{self.mu:g}", "none: this plant has no friction that could be changed")
             disturbances["mu"] = Constant(self.mu)
             problem = problem.changed(parameters={"mu": self.mu})
+        motion, inputs = first_motion(
+            self.path, self.profile, self.car, self.driven.drive, begin=self.begin, mu=self.mu
+        )
+        held = {name: inputs.get(name, 0.0) for name in problem.model.inputs}
         return Scenario(
             problem,
             self.driven.plant,
-            self.driven.start(self.car, self.motion()),
+            self.driven.start(self.car, motion),
             self.reference or PathTracking(self.path, self.profile, vehicle=self.car, begin=self.begin),
             self.duration,
             controller=self.controller,
             settings=self.settings,
             discretization=self.discretization,
             backend=self.backend,
+            applied=held,
             sensors=Sensors(self.noise),
             estimator=self.estimator,
             observed=observed,
