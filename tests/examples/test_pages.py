@@ -40,7 +40,16 @@ def _in_a_folder_of_its_own(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "page",
     [
-        *("closed-loop", "other-plants", "references", "step-it-yourself", "extend-it", "logs", "vehicles"),
+        *(
+            "your-track",
+            "closed-loop",
+            "other-plants",
+            "references",
+            "step-it-yourself",
+            "extend-it",
+            "logs",
+            "vehicles",
+        ),
         *(pytest.param(page, marks=pytest.mark.slow) for page in LONG),
     ],
 )
@@ -64,6 +73,24 @@ def test_first_page():
     row = " | ".join(f"{error} m" for error in after_2s)
     assert f"| RMS error after 2 s | {row} |" in (DOCS.parent / "README.md").read_text(encoding="utf-8")
     run("get-started")
+
+
+@pytest.mark.slow
+def test_your_track():
+    """The command drives what the page's code has written, and prints the page's table, but for the times of steps."""
+    page = (DOCS / "your-track.md").read_text(encoding="utf-8")
+    for block in list(BLOCK.finditer(page))[:2]:
+        exec(block["code"], {"Path": Path})
+    command = next(line for line in page.splitlines() if line.startswith("$ rumo drive --track")).split()[2:]
+    printed = subprocess.run(
+        [sys.executable, "-m", "rumo", *command], capture_output=True, text=True, check=True
+    ).stdout
+    shown = page[page.index("How it drove") : page.index("Report: out")]
+    rows, expected = (
+        [line.split() for line in text.splitlines() if line.strip() and not re.match("Step time|Report", line)]
+        for text in (printed, shown)
+    )
+    assert rows == expected
 
 
 def test_own_parts_are_short():
