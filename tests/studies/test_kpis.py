@@ -1,6 +1,7 @@
 """Figures of merit against closed forms: a car that drives around a circle, a car that brakes straight ahead."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,14 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import rumo
-from rumo.references import Path, SpeedProfile, Track
+from rumo.references import Path as Line
+from rumo.references import SpeedProfile, Track
 from rumo.simulation import Plant
 from rumo.studies.kpis import KPIS, Driven, kpis
 from rumo.studies.kpis.base import SUFFIXES, largest, percentile, rms
 from rumo.vehicles import PASSENGER_CAR, four_wheel
 
 RADIUS, SPEED, ASIDE, STEP = 50.0, 10.0, 0.4, 0.04
-CIRCLE = Path.from_curvature((0.0, 2.0 * np.pi * RADIUS), (1.0 / RADIUS, 1.0 / RADIUS), closed=True)
+CIRCLE = Line.from_curvature((0.0, 2.0 * np.pi * RADIUS), (1.0 / RADIUS, 1.0 / RADIUS), closed=True)
 """To the left, from the origin along +x; its centre is (0, RADIUS)."""
 
 
@@ -223,3 +225,11 @@ def test_magnitudes_are_ordered(values):
         assert largest(2.0 * array) == 2.0 * figures[2]
     else:
         assert figures == (None, None, None)
+
+
+def test_the_page_has_the_table():
+    page = (Path(__file__).parents[2] / "docs" / "logs.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in page.splitlines() if "|" in line]
+    shown = rows[rows.index(["Key", "Unit", "Meaning"]) + 2 :]
+    units = {"1": ""}
+    assert shown == [[f"`{kpi.key}`", units.get(kpi.unit, kpi.unit), kpi.meaning] for kpi in KPIS.values()]

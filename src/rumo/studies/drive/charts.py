@@ -17,7 +17,7 @@ POINTS = Look("#0072B2", "", 0.0, "circle", 2.0)
 EDGE = Look("#444444", "solid", 0.7)
 CONES = Look("#D55E00", "", 0.0, "triangle-up", 4.0)
 PROFILE = Look("#E69F00", "dash", 1.4)
-WIDTH, LOWEST, HIGHEST = 5.6, 2.6, 7.0
+WIDTH, LOWEST, HIGHEST = 5.6, 1.3, 7.0
 """Of the axes of a path in print, and the heights that they may have [inch]."""
 ALONG = "Distance along the path [m]"
 WHEELS = {

@@ -76,7 +76,13 @@ def spread(name: str, title: str, unit: str, what: str, of: Callable[[Driven], A
     """RMS, 95th percentile and largest magnitude of the same values (K,)."""
     return [
         Kpi(f"{name}_rms", f"{title}, RMS", unit, f"Root mean square of {what}.", lambda d: rms(of(d))),
-        Kpi(f"{name}_p95", f"{title}, 95 %", unit, f"95 % of {what} is smaller.", lambda d: percentile(of(d), 95.0)),
+        Kpi(
+            f"{name}_p95",
+            f"{title}, 95 %",
+            unit,
+            f"What 95 % of the sizes of {what} do not exceed.",
+            lambda d: percentile(of(d), 95.0),
+        ),
         Kpi(f"{name}_max", f"{title}, largest", unit, f"Largest size of {what}.", lambda d: largest(of(d))),
     ]
 

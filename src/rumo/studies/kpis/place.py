@@ -105,14 +105,18 @@ PLACE = table(
             "lap_time",
             "Lap time",
             "s",
-            "The fastest lap; on an open path, from its beginning to its end. None if there is none.",
+            "Time of the fastest lap; on an open path, from its beginning to its end.",
             _lap_time,
         ),
+        Kpi("profile_time", "Lap time of the speed profile", "s", "Time of a lap by the speed profile.", _profile_time),
         Kpi(
-            "profile_time", "Lap time of the speed profile", "s", "What the speed profile takes for it.", _profile_time
+            "lap_time_over_profile",
+            "Lap time over the profile's",
+            "%",
+            "By how much the fastest lap took longer than the profile's.",
+            _over_profile,
         ),
-        Kpi("lap_time_over_profile", "Lap time over the profile's", "%", "How much slower the lap was.", _over_profile),
-        Kpi("distance", "Distance along the path", "m", "How far the car got.", _distance),
+        Kpi("distance", "Distance along the path", "m", "How far the car got along the path.", _distance),
         *spread(
             "lateral_deviation",
             "Lateral deviation",
@@ -135,9 +139,19 @@ PLACE = table(
             lambda d: rms(d.deviations.get("speed_deviation")),
         ),
         Kpi(
-            "time_off_track", "Time off track", "s", "With any part of the car beyond an edge of the track.", _off_track
+            "time_off_track",
+            "Time off track",
+            "s",
+            "Time with any part of the car beyond an edge of the track.",
+            _off_track,
         ),
-        Kpi("least_room", "Least room to the edge", "m", "From the car's outline; negative beyond it.", _least_room),
+        Kpi(
+            "least_room",
+            "Least room to the edge",
+            "m",
+            "Least distance from the car's outline to an edge of the track; negative beyond it.",
+            _least_room,
+        ),
     ]
 )
 """Of drives along a path."""
