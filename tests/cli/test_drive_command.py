@@ -66,8 +66,8 @@ def undrawn(monkeypatch):
 @pytest.mark.parametrize(
     ("error", "code", "said"),
     [
-        (rumo.PlantError("the road ended"), 2, "then: At t = 0.24 s: the road ended."),
-        (KeyboardInterrupt(), 130, "then: interrupted."),
+        (rumo.PlantError, 2, "then: At t = 0.24 s: the road ended."),
+        (KeyboardInterrupt, 130, "then: interrupted."),
     ],
 )
 def test_what_was_driven_is_reported_whatever_ended_it(tmp_path, monkeypatch, track, error, code, said):
@@ -75,7 +75,7 @@ def test_what_was_driven_is_reported_whatever_ended_it(tmp_path, monkeypatch, tr
 
     def failing(self, x, u, p):
         if next(samples) == 6:
-            raise error
+            raise error("the road ended")
         return advance(self, x, u, p)
 
     monkeypatch.setattr(Plant, "advance", failing)

@@ -15,7 +15,7 @@ from rumo.vehicles import VehicleParameters
 CAR = Look("#0072B2", "solid", 1.2)
 POINTS = Look("#0072B2", "", 0.0, "circle", 2.0)
 EDGE = Look("#444444", "solid", 0.7)
-CONES = Look("#D55E00", "", 0.0, "triangle-up", 4.0)
+CONES = Look("#D55E00", "", 0.0, "triangle-up", 2.8)
 PROFILE = Look("#E69F00", "dash", 1.4)
 WIDTH, LOWEST, HIGHEST = 5.6, 1.3, 7.0
 """Of the axes of a path in print, and the heights that they may have [inch]."""
