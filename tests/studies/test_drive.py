@@ -31,7 +31,7 @@ def driven():
 
 @pytest.fixture(scope="module")
 def lost():
-    study = Drive("oval", grip=1.6, estimator="none", backend="portable")
+    study = Drive("oval", grip=3.0, estimator="none", backend="portable")
     return study, study.run()
 
 

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from rumo.controllers import Controller
-from rumo.discretization import Discretization, Radau2
+from rumo.discretization import Discretization
 from rumo.errors import ArgumentError
 from rumo.estimation import Estimator
 from rumo.model import Model
 from rumo.problem import Problem
-from rumo.references import Path, PathTracking, ReferenceLike, SpeedProfile
+from rumo.references import Path, PathTracking, ReferenceLike, SpeedProfile, Track
 from rumo.simulation import Constant, Disturbance, RandomWalk, Scenario, Sensors
 from rumo.simulation.foreign import as_plant
 from rumo.studies.drive.plants import DrivenCar
@@ -41,6 +41,8 @@ class DriveSetting:
         What is driven.
     duration : float
         At most [s].
+    track : Track, optional
+        Whose edges the controller knows, if the path is in its middle and the problem has `track_limits`.
     problem : Problem, optional
         `path_problem(car)` if not given.
     reference : Reference, optional
@@ -51,8 +53,8 @@ class DriveSetting:
         See `Scenario`.
     settings : mapping of str to object
         Of the controller.
-    discretization : Discretization
-        Of the controller.
+    discretization : Discretization, optional
+        Of the controller; the problem's if not given.
     backend : str, optional
         Of the real-time iteration.
     estimator : Estimator, optional
@@ -74,12 +76,13 @@ class DriveSetting:
     car: VehicleParameters
     driven: DrivenCar
     duration: float
+    track: Track | None = None
     problem: Problem | None = None
     reference: ReferenceLike | None = None
     observed: Model | None = None
     controller: str | type[Controller] = "rti"
     settings: Mapping[str, Any] | None = None
-    discretization: Discretization = field(default_factory=Radau2)
+    discretization: Discretization | None = None
     backend: str | None = None
     estimator: Estimator | None = None
     noise: Mapping[str, float] = field(default_factory=dict[str, float])
@@ -117,7 +120,7 @@ class DriveSetting:
             problem,
             self.driven.plant,
             self.driven.start(self.car, motion),
-            self.reference or PathTracking(self.path, self.profile, vehicle=self.car, begin=self.begin),
+            self.reference or self._path_tracking(problem),
             self.duration,
             controller=self.controller,
             settings=self.settings,
@@ -130,3 +133,9 @@ class DriveSetting:
             disturbances=disturbances,
             seed=self.seed,
         )
+
+    def _path_tracking(self, problem: Problem) -> PathTracking:
+        track, known = self.track, problem.model.parameters
+        edges = track.room(self.car) if track is not None and track.path is self.path else {}
+        room = {name: width for name, width in edges.items() if name in known}
+        return PathTracking(self.path, self.profile, vehicle=self.car, begin=self.begin, parameters=room)

@@ -145,6 +145,7 @@ class Drive(Study):
             self.car,
             driven_car(self.plant, self.car, SAMPLING_TIME),
             PATIENCE * float(self.profile.time_at(self.length) - self.profile.time_at(0.0)) + MORE,
+            track=self.road.track,
             controller=self.controller,
             backend=self.backend,
             estimator=estimator_of(self.estimator, self.car),

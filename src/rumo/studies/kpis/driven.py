@@ -164,5 +164,7 @@ class Driven:
 def _outline(car: VehicleParameters) -> list[tuple[float, float]]:
     """Points ahead of the centre of gravity and to its left [m]: corners, and the middles of the sides, which come
     closest to the inner edge of a bend."""
-    middle, long, half = 0.5 * (car.l_f - car.l_r), 0.5 * car.length, 0.5 * car.width
-    return [(middle + forward, left) for forward in (long, 0.0, -long) for left in (half, -half)]
+    front, rear = car.ends
+    return [
+        (ahead, left) for ahead in (front, 0.5 * (front + rear), rear) for left in (0.5 * car.width, -0.5 * car.width)
+    ]
