@@ -13,6 +13,7 @@ from rumo.discretization import Discretization
 from rumo.errors import ArgumentError
 from rumo.estimation.ekf import ExtendedKalman, RunningExtendedKalman
 from rumo.estimation.innovation import Innovation
+from rumo.model import Model
 from rumo.problem import Problem
 from rumo.signals import Array
 
@@ -42,19 +43,29 @@ class RecordedDrive:
     parameters: Array
 
 
-def recorded_drive(log: xr.Dataset) -> RecordedDrive:
-    """What the filter of a log was told. Before the first sample the input is taken to be the first applied."""
+def recorded_drive(log: xr.Dataset, model: Model) -> RecordedDrive:
+    """What the filter of a log was told, whose model this is: that of the controller, or of what was observed for it.
+
+    Before the first sample the input is taken to be the first applied.
+    """
     states = log["state"].to_numpy().tolist()
     received, others = log["received"].to_numpy(), log["received_outputs"].to_numpy()
     known = {name: received[:, i] for i, name in enumerate(states)}
     known |= {name: others[:, i] for i, name in enumerate(log["measured_output"].to_numpy().tolist())}
     names = tuple(log["measurement"].to_numpy().tolist())
     before = np.maximum(np.arange(log.sizes["time"]) - 1, 0)
+    of_controller = log["model_parameter"].to_numpy().tolist()
+    shared = [name for name in model.parameters if name in of_controller]
+    parameters = np.tile(model.default_parameters, (len(before), 1))
+    columns = [of_controller.index(name) for name in shared]
+    parameters[:, [model.parameters.index(name) for name in shared]] = log["parameters"].to_numpy()[before, 0][
+        :, columns
+    ]
     return RecordedDrive(
         names,
         np.column_stack([known[name] for name in names]),
         log["applied"].to_numpy()[before],
-        log["parameters"].to_numpy()[before, 0],
+        parameters,
     )
 
 
@@ -84,7 +95,7 @@ def fit_process_noise(
     estimator : ExtendedKalman
         Its process noise is where the search begins; all else stays. What its gate refuses is left out.
     problem : Problem
-        With the model.
+        With the model of the filter.
     logs : xarray.Dataset or sequence of them
         Drives with the same measurements, of which nothing is read but what was measured, applied and told.
     discretization : Discretization, optional
@@ -107,9 +118,10 @@ def fit_process_noise(
     from scipy.optimize import minimize
 
     checked(estimator, "estimator", ExtendedKalman, "Write rumo.ExtendedKalman(noise, process).")
+    checked(problem, "problem", Problem)
     positive_number(decades, "decades")
     several: list[Any] = [logs] if hasattr(logs, "data_vars") else as_list(logs, "logs", "a log, or a list of some")
-    drives = [recorded_drive(log) for log in several]
+    drives = [recorded_drive(log, problem.model) for log in several]
     if any(drive.names != drives[0].names for drive in drives):
         raise ArgumentError("logs", "different measurements", "the same ones in each")
     states = problem.model.states

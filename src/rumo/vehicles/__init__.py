@@ -4,6 +4,7 @@ from rumo.vehicles.bicycle import dynamic_bicycle, friction_circles
 from rumo.vehicles.coefficients import MagicFormulaCoefficients
 from rumo.vehicles.commands import Acceleration, AxleTorques, RearTorque, SteeringAngle, SteeringRate, WheelTorques
 from rumo.vehicles.errata import AsPrinted
+from rumo.vehicles.filters import car_filter
 from rumo.vehicles.four_wheel import four_wheel
 from rumo.vehicles.limits import VehicleLimits
 from rumo.vehicles.parameters import TyreParameters, VehicleParameters
@@ -46,6 +47,7 @@ __all__ = [
     "VehicleLimits",
     "VehicleParameters",
     "WheelTorques",
+    "car_filter",
     "dynamic_bicycle",
     "four_wheel",
     "frenet_bicycle",
