@@ -235,9 +235,9 @@ def test_friction_is_known_to_plant_controller_and_profile():
 
 def test_a_plant_may_name_its_car():
     pytest.importorskip("vehiclemodels")
-    assert Drive(plant="commonroad-std:3").car == VEHICLES["commonroad-3"]
-    assert Drive(plant="commonroad-std:3", vehicle="passenger").car == PASSENGER_CAR
-    assert driven_car("commonroad-std", VEHICLES["commonroad-1"], 0.04).plant.car == VEHICLES["commonroad-1"]
+    assert Drive(plant="commonroad-std:3").car == replace(VEHICLES["commonroad-3"], b_lon=0.0, b_lat=0.0)
+    assert Drive(plant="commonroad-std", vehicle="commonroad-1").driven_car.plant.name == "CommonRoad std, vehicle 1"
+    assert driven_car("commonroad-std", VEHICLES["commonroad-1"], 0.04).plant.name.endswith("vehicle 1")
 
 
 def test_drives_of_other_problems_and_references():
@@ -256,7 +256,6 @@ def test_drives_of_other_problems_and_references():
     setting = DriveSetting(
         road.path,
         profile,
-        PASSENGER_CAR,
         driven_car("four-wheel", PASSENGER_CAR, 0.04),
         10.0,
         problem=problem,

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from rumo.checks import checked
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.simulation import Plant
 from rumo.simulation.plants import CommonRoadCar
@@ -39,25 +40,20 @@ class DrivenCar:
         That is driven.
     drive : RearTorque or Acceleration
         What it is told along its way.
+    car : VehicleParameters
+        As it is predicted.
     """
 
     plant: Any
     drive: RearTorque | Acceleration
+    car: VehicleParameters
 
-    def start(self, car: VehicleParameters, motion: Mapping[str, float]) -> dict[str, float]:
-        """Its state in a motion p_x, p_y, psi, v_x, v_y, omega, delta, with wheels that roll.
-
-        Parameters
-        ----------
-        car : VehicleParameters
-            The size of its wheels.
-        motion : mapping of str to float
-            By name.
-        """
+    def start(self, motion: Mapping[str, float]) -> dict[str, float]:
+        """Its state in a motion p_x, p_y, psi, v_x, v_y, omega, delta, with wheels that roll."""
         if hasattr(self.plant, "start"):
             return dict(self.plant.start(**motion))
         known = {name: motion.get(name, 0.0) for name in self.plant.states}
-        return known | {name: motion["v_x"] / car.r for name in known if name.startswith("w_")}
+        return known | {name: motion["v_x"] / self.car.r for name in known if name.startswith("w_")}
 
 
 def split(name: str) -> tuple[str, int | None]:
@@ -99,9 +95,9 @@ def driven_car(plant: str, car: VehicleParameters, sampling_time: float) -> Driv
     """
     kind, number = split(plant)
     if kind == "bicycle":
-        return DrivenCar(Plant(dynamic_bicycle(car, ModifiedDugoff()), sampling_time), RearTorque())
+        return DrivenCar(Plant(dynamic_bicycle(car, ModifiedDugoff()), sampling_time), RearTorque(), car)
     if kind == "four-wheel":
-        return DrivenCar(Plant(four_wheel(car, load_transfer=car.h > 0.0), sampling_time), RearTorque())
+        return DrivenCar(Plant(four_wheel(car, load_transfer=car.h > 0.0), sampling_time), RearTorque(), car)
     if number is None:
         number = next((known for known, name in CARS.items() if VEHICLES[name] == car), None)
         if number is None:
@@ -111,4 +107,5 @@ def driven_car(plant: str, car: VehicleParameters, sampling_time: float) -> Driv
                 f"one of {', '.join(CARS.values())}, or a number",
                 f"Write {kind}:2 for a BMW 320i, or drive the vehicle by four-wheel.",
             )
-    return DrivenCar(CommonRoadCar(kind.removeprefix(COMMONROAD), number, sampling_time=sampling_time), Acceleration())
+    driven = CommonRoadCar(kind.removeprefix(COMMONROAD), number, sampling_time=sampling_time)
+    return DrivenCar(driven, Acceleration(), checked(driven.car, "plant.car", VehicleParameters))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,11 +15,13 @@ from rumo.estimation import Estimator
 from rumo.model import Model
 from rumo.problem import Problem
 from rumo.references import Path, PathTracking, ReferenceLike, SpeedProfile, Track
+from rumo.signals import Array
 from rumo.simulation import Constant, Disturbance, RandomWalk, Scenario, Sensors
 from rumo.simulation.foreign import as_plant
 from rumo.studies.drive.plants import DrivenCar
 from rumo.studies.drive.start import first_motion
-from rumo.vehicles import VehicleParameters, path_problem, rolling_bicycle
+from rumo.vehicles import path_problem, rolling_bicycle
+from rumo.vehicles.rolling_bicycle import ROOM
 
 WIND = RandomWalk(mean=2.0, std=1.5)
 """Speed of the wind, which blows to +y [m/s]."""
@@ -35,14 +37,12 @@ class DriveSetting:
         To be followed.
     profile : SpeedProfile
         How fast.
-    car : VehicleParameters
-        As it is predicted, and as it begins.
     driven : DrivenCar
-        What is driven.
+        What is driven, and as what it is predicted.
     duration : float
         At most [s].
     track : Track, optional
-        Whose edges the controller knows, if the path is in its middle and the problem has `track_limits`.
+        Whose edges the controller knows, if the problem has `track_limits`.
     problem : Problem, optional
         `path_problem(car)` if not given.
     reference : Reference, optional
@@ -73,7 +73,6 @@ class DriveSetting:
 
     path: Path
     profile: SpeedProfile
-    car: VehicleParameters
     driven: DrivenCar
     duration: float
     track: Track | None = None
@@ -99,10 +98,11 @@ class DriveSetting:
         ArgumentError
             If a part does not fit the others, or the plant has no friction to be changed.
         """
+        car, drive = self.driven.car, self.driven.drive
         problem, observed = self.problem, self.observed
         if problem is None:
-            problem = path_problem(self.car, drive=self.driven.drive)
-            observed = observed or rolling_bicycle(self.car, drive=self.driven.drive)
+            problem = path_problem(car, drive=drive)
+            observed = observed or rolling_bicycle(car, drive=drive)
         knows = as_plant(self.driven.plant, problem.sampling_time).parameters
         disturbances: dict[str, Disturbance] = {}
         if "wind_speed" in knows:
@@ -112,14 +112,12 @@ class DriveSetting:
                 raise ArgumentError("mu", f"{self.mu:g}", "none: this plant has no friction that could be changed")
             disturbances["mu"] = Constant(self.mu)
             problem = problem.changed(parameters={"mu": self.mu})
-        motion, inputs = first_motion(
-            self.path, self.profile, self.car, self.driven.drive, begin=self.begin, mu=self.mu
-        )
+        motion, inputs = first_motion(self.path, self.profile, car, drive, begin=self.begin, mu=self.mu)
         held = {name: inputs.get(name, 0.0) for name in problem.model.inputs}
         return Scenario(
             problem,
             self.driven.plant,
-            self.driven.start(self.car, motion),
+            self.driven.start(motion),
             self.reference or self._path_tracking(problem),
             self.duration,
             controller=self.controller,
@@ -136,6 +134,9 @@ class DriveSetting:
 
     def _path_tracking(self, problem: Problem) -> PathTracking:
         track, known = self.track, problem.model.parameters
-        edges = track.room(self.car) if track is not None and track.path is self.path else {}
-        room = {name: width for name, width in edges.items() if name in known}
-        return PathTracking(self.path, self.profile, vehicle=self.car, begin=self.begin, parameters=room)
+        car = self.driven.car
+        room: dict[str, Callable[[Array], Array]] = {}
+        if track is not None and any(name in known for name in ROOM):
+            about = track if track.path is self.path else track.about(self.path, min(1.0, 0.25 * car.length))
+            room = {name: width for name, width in about.room(car).items() if name in known}
+        return PathTracking(self.path, self.profile, vehicle=car, begin=self.begin, parameters=room)

@@ -15,7 +15,7 @@ from rumo.registry import CONTROLLERS
 from rumo.report.contents import Report
 from rumo.studies.base import Key, Run, Study
 from rumo.studies.drive.estimators import EXACT, estimator_of, noise_of
-from rumo.studies.drive.plants import driven_car, usual_vehicle
+from rumo.studies.drive.plants import DrivenCar, driven_car, usual_vehicle
 from rumo.studies.drive.report import sections
 from rumo.studies.drive.roads import DrivenRoad, driven_road
 from rumo.studies.drive.run import FINISHED, DriveRun
@@ -105,9 +105,17 @@ class Drive(Study):
             raise ArgumentError("laps", str(self.laps), f"1: {self.road.name} leads from one end to the other")
         _ = self.setting
 
-    @cached_property
+    @property
     def car(self) -> VehicleParameters:
-        """The vehicle."""
+        """The vehicle, as it is predicted."""
+        return self.driven_car.car
+
+    @cached_property
+    def driven_car(self) -> DrivenCar:
+        """The plant."""
+        return driven_car(self.plant, self._vehicle(), SAMPLING_TIME)
+
+    def _vehicle(self) -> VehicleParameters:
         name = usual_vehicle(self.plant) if self.vehicle is None else self.vehicle
         if name in VEHICLES:
             return VEHICLES[str(name)]
@@ -142,8 +150,7 @@ class Drive(Study):
         return DriveSetting(
             self.road.path,
             self.profile,
-            self.car,
-            driven_car(self.plant, self.car, SAMPLING_TIME),
+            self.driven_car,
             PATIENCE * float(self.profile.time_at(self.length) - self.profile.time_at(0.0)) + MORE,
             track=self.road.track,
             controller=self.controller,
@@ -162,7 +169,7 @@ class Drive(Study):
 
     def driven(self, log: xr.Dataset) -> Driven:
         """A log, and what else figures of merit need."""
-        plant = self.setting.driven.plant
+        plant = self.driven_car.plant
         return Driven(log, self.road.track, self.road.path, self.profile, self.car, plant)
 
     def summary(self, results: Mapping[str, xr.Dataset]) -> dict[str, Any]:
