@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from rumo.checks import as_names
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.references.paths import PathPoints
 from rumo.signals import Array
+
+if TYPE_CHECKING:
+    from rumo.problem import Problem
 
 SIGNALS = ("p_x", "p_y", "psi", "course", "speed", "v_x", "omega")
 """Of every vehicle: position, where it points, where it moves to, how fast, and its speed ahead and rate of turning."""
@@ -44,6 +47,13 @@ def known_signals(vehicle: Rolling | None) -> tuple[str, ...]:
 def state_signals(vehicle: Rolling | None) -> tuple[str, ...]:
     """Names of those that are states of the car's models by position."""
     return tuple(dict.fromkeys((*STATES, *_further(vehicle))))
+
+
+def wanted_signals(problem: Problem, vehicle: Rolling | None) -> tuple[str, ...]:
+    """Names of those that a problem tracks, or that its model has as states or outputs."""
+    model = problem.model
+    wanted = {*problem.outputs, *model.states, *model.outputs}
+    return tuple(name for name in known_signals(vehicle) if name in wanted)
 
 
 def _further(vehicle: Rolling | None) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from rumo.checks import as_mapping, as_names, checked, finite_number, positive_number
 from rumo.errors import ArgumentError, ShapeError
 from rumo.references.base import Preview
-from rumo.references.motion import Rolling, check_vehicle, checked_outputs, known_signals, motion
+from rumo.references.motion import Rolling, check_vehicle, checked_outputs, known_signals, motion, wanted_signals
 from rumo.references.paths import TURN, Path
 from rumo.references.speed_profile import SpeedProfile
 from rumo.references.timed_path import check_on
@@ -129,14 +129,11 @@ class RunningPathTracking:
         for name, of_place in (("curvature", self._curvature), ("heading", self._heading)):
             if problem is not None and name in problem.model.parameters and name not in self._parameters:
                 self._parameters[name] = of_place
-        known = known_signals(settings.vehicle)
         self._names = settings.outputs
         if self._names is None and problem is not None:
-            model = problem.model
-            wanted = {*problem.outputs, *model.states, *model.outputs}
-            self._names = tuple(name for name in known if name in wanted)
+            self._names = wanted_signals(problem, settings.vehicle)
         self._signals: Signals | None = None
-        self._known = known
+        self._known = known_signals(settings.vehicle)
         self._now = self._speed = 0.0
         self._psi, self._turns = np.nan, 0
         self._at: list[int] = []

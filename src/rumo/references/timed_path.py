@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rumo.checks import as_list, as_mapping, checked, finite_number, positive_number
 from rumo.errors import ArgumentError
 from rumo.references.base import OfTime
-from rumo.references.motion import Rolling, check_vehicle, checked_outputs, motion, state_signals
+from rumo.references.motion import Rolling, check_vehicle, checked_outputs, motion, state_signals, wanted_signals
 from rumo.references.paths import Path
 from rumo.references.speed_profile import SpeedProfile
 from rumo.signals import Array
+
+if TYPE_CHECKING:
+    from rumo.problem import Problem
 
 STANDING = 1e-6
 """Speed at which a vehicle is taken to stand [m/s]."""
@@ -23,9 +27,9 @@ STANDING = 1e-6
 class TimedPath(OfTime):
     """A path at a speed profile, each place at its time, wherever the vehicle is.
 
-    It gives p_x, p_y, psi (the path's tangent, not wrapped), v_x and omega, and with a vehicle what else there is of
-    rolling along it, as `SinePath`; or the `outputs` that are named, among them course (the direction of motion) and
-    speed.
+    It gives the `outputs` that are named, or, in a run, all that the controller's problem knows: p_x, p_y, psi (the
+    path's tangent, not wrapped), v_x, omega, course (the direction of motion), speed, velocity_x and velocity_y, and
+    with a vehicle what else there is of rolling along it, as `SinePath`.
 
     Parameters
     ----------
@@ -86,6 +90,10 @@ class TimedPath(OfTime):
         """When an arc length is reached [s]."""
         return self._moving_to_clock(float(self.profile.time_at(station))) - self._first
 
+    def start(self, problem: Problem) -> TimedPath:
+        """The same with the signals that a problem knows, if none are named."""
+        return self if self.outputs is not None else replace(self, outputs=wanted_signals(problem, self.vehicle))
+
     def __call__(self, t: Array) -> dict[str, Array]:
         """Signals at times t (n,) [s]."""
         clock = np.asarray(t, dtype=float) + self._first
@@ -143,6 +151,10 @@ class Legs(OfTime):
     def duration(self) -> float:
         """Of all of them [s]."""
         return sum(leg.duration for leg in self.legs)
+
+    def start(self, problem: Problem) -> Legs:
+        """The same with the signals that a problem knows, see `TimedPath`."""
+        return Legs(tuple(leg.start(problem) for leg in self.legs))
 
     def __call__(self, t: Array) -> dict[str, Array]:
         """Signals at times t (n,) [s]."""
