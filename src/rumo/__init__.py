@@ -10,6 +10,7 @@ from rumo.interrupts import interruptible
 from rumo.version import __version__
 
 if TYPE_CHECKING:
+    from rumo.actuation import Actuation, Actuator, with_actuators
     from rumo.controllers import (
         Controller,
         ControllerSettings,
@@ -67,6 +68,8 @@ if TYPE_CHECKING:
     from rumo.terms import Bounds, Constraint, Penalty, Weight
 
 __all__ = [
+    "Actuation",
+    "Actuator",
     "Algebraic",
     "ArgumentError",
     "Bdf2",
@@ -128,12 +131,14 @@ __all__ = [
     "faults",
     "show",
     "simulate",
+    "with_actuators",
 ]
 
 _ROOMS = (
     "errors",
     "status",
     "model",
+    "actuation",
     "grid",
     "terms",
     "measurements",

@@ -28,6 +28,7 @@ LEAVES = [
 ]
 ROOMS = [
     "model",
+    "actuation",
     "discretization",
     "grid",
     "terms",

@@ -61,7 +61,7 @@ def test_what_is_measured_and_when():
         (Sensors({"psi": np.inf}), r"noise\['psi'\]: got inf, expected a finite number"),
         (Sensors(measured=("psi", "gps")), "measured: got 'gps', expected one of p_x"),
         (Sensors(late={"psy": 1}), r"late: got 'psy', .* Did you mean 'psi'\?"),
-        (Sensors(late={"psi": -1}), r"late\['psi'\]: got -1, expected a whole number"),
+        (Sensors(late={"psi": -1}), r"late\['psi'\]: got -1, expected a number of at least 0"),
     ],
 )
 def test_settings_are_checked(sensors, message):

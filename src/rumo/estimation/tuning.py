@@ -35,12 +35,15 @@ class RecordedDrive:
         Input held since the sample before.
     parameters : ndarray, shape (K, np_)
         Of the controller's model since then.
+    input_age : float
+        Share of a sample until an input acts.
     """
 
     names: tuple[str, ...]
     measured: Array
     applied: Array
     parameters: Array
+    input_age: float
 
 
 def recorded_drive(log: xr.Dataset, model: Model) -> RecordedDrive:
@@ -66,12 +69,14 @@ def recorded_drive(log: xr.Dataset, model: Model) -> RecordedDrive:
         np.column_stack([known[name] for name in names]),
         log["applied"].to_numpy()[before],
         parameters,
+        float(log.attrs.get("lead_s", 0.0)) / float(log.attrs["sampling_time_s"]),
     )
 
 
 def replayed(running: RunningExtendedKalman, drive: RecordedDrive) -> list[Innovation | None]:
     """The innovations of a filter that is told again what was recorded, from the start; None where it has none."""
     running.forget()
+    running.input_age = drive.input_age
     innovations = list[Innovation | None]()
     for sample in zip(drive.measured, drive.applied, drive.parameters, strict=True):
         running.update(*sample)

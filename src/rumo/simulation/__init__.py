@@ -6,6 +6,7 @@ from rumo.simulation.foreign import PlantLike
 from rumo.simulation.log import load, save
 from rumo.simulation.loop import ClosedLoop
 from rumo.simulation.moment import Moment
+from rumo.simulation.monitors import DelayWatch
 from rumo.simulation.plant import Plant
 from rumo.simulation.recorder import Recorder
 from rumo.simulation.sample import Sample
@@ -16,6 +17,7 @@ from rumo.simulation.wind import Constant, Disturbance, Gust, OrnsteinUhlenbeck,
 __all__ = [
     "ClosedLoop",
     "Constant",
+    "DelayWatch",
     "Disturbance",
     "Gust",
     "Interrupted",

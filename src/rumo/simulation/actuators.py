@@ -41,17 +41,26 @@ class Actuators:
     Controller and estimator take for granted that commands arrive, and that actuators do what they are told. They know
     better where a fault is `known`, and that a sample was skipped.
 
+    Parameters
+    ----------
+    controller : Controller
+        It believes in its problem's delay.
+    delay : int
+        Samples that commands really take.
+
     Attributes
     ----------
-    believed : ndarray, shape (nu,)
-        Input since the sample before, as far as controller and estimator know.
+    believed, before : ndarray, shape (nu,)
+        Input of the latest sample for which one is decided, and of the one before, as far as controller and estimator
+        know.
     """
 
-    def __init__(self, controller: Controller) -> None:
+    def __init__(self, controller: Controller, delay: int) -> None:
         self._controller = controller
-        delay, decided = controller.problem.delay, read_only(controller.applied)
-        self._sent, self._known = _Line(decided, delay), _Line(decided, delay)
+        decided = read_only(controller.applied)
+        self._sent, self._known = _Line(decided, delay), _Line(decided, controller.problem.delay)
         self.believed: Array = decided[0]
+        self.before = self.believed
         self._past: list[Array] = [self.believed]
 
     def send(self, k: int, command: Array, bad: Sequence[tuple[Fault, int]]) -> None:
@@ -60,22 +69,26 @@ class Actuators:
         self._sent.send(k, command, (fault for fault, _ in bad))
         self._known.send(k, command, (fault for fault, _ in bad if fault.known))
 
-    def move(self, k: int, bad: Sequence[tuple[Fault, int]]) -> Array:
-        """What is applied from sample k to the next (nu,): decided before its step with a delay, by it without.
+    def decide(self, k: int, bad: Sequence[tuple[Fault, int]]) -> None:
+        """What controller and estimator believe in from sample k on: known before its step with a delay, else by it.
 
-        The controller is told.
+        The controller is told. Comes before `act` of the same sample.
         """
-        inputs = self._controller.problem.model.inputs
-        applied, believed = self._sent.receive(k), self._known.receive(k)
-        for fault, before in bad:
-            argument = f"{type(fault).__name__}.act()"
-            applied = inputs.finite_vector(fault.act(applied.copy(), self._past, before, inputs), argument)
-            if fault.known:
-                believed = inputs.finite_vector(fault.act(believed.copy(), self._past, before, inputs), argument)
-        self.believed = read_only(believed)
-        self._past.append(read_only(applied))
+        known = [(fault, before) for fault, before in bad if fault.known]
+        self.before, self.believed = self.believed, self._as_done(self._known.receive(k), known)
         self.tell(k)
+
+    def act(self, k: int, bad: Sequence[tuple[Fault, int]]) -> Array:
+        """What is applied from sample k to the next (nu,)."""
+        self._past.append(self._as_done(self._sent.receive(k), bad))
         return self._past[-1]
+
+    def _as_done(self, command: Array, bad: Iterable[tuple[Fault, int]]) -> Array:
+        inputs = self._controller.problem.model.inputs
+        for fault, before in bad:
+            done = fault.act(command.copy(), self._past, before, inputs)
+            command = inputs.finite_vector(done, f"{type(fault).__name__}.act()")
+        return read_only(command)
 
     def tell(self, k: int) -> None:
         """Tell the controller what is decided at sample k, where it takes anything else for granted.

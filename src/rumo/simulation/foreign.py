@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from copy import copy
+from inspect import signature
 from math import isclose
 from typing import Any, Protocol, runtime_checkable
 
@@ -21,9 +22,11 @@ from rumo.simulation.plant import Plant
 class PlantLike(Protocol):
     """Anything that can be driven.
 
-    It may also have a `name`; `parameters`, a mapping from names to `rumo.Parameter` for disturbances to act on;
-    `outputs`, a mapping from names to units, with a method `observe(x, u, p) -> mapping` that gives their values; a
-    `sampling_time`, which is then compared with the problem's; and `reset()`, called before a run.
+    It goes on by parts of a sample, as dead times and late sensors may need, if `advance` has a further argument
+    `duration` [s], and there is no attribute `divisible` that is False. It may also have a `name`; `parameters`, a
+    mapping from names to `rumo.Parameter` for disturbances to act on; `outputs`, a mapping from names to units, with a
+    method `observe(x, u, p) -> mapping` that gives their values; a `sampling_time`, which is then compared with the
+    problem's; and `reset()`, called before a run.
 
     Attributes
     ----------
@@ -48,6 +51,11 @@ class ForeignPlant:
         What advances.
     sampling_time : float
         Of the loop, for plants without their own [s].
+
+    Attributes
+    ----------
+    divisible : bool
+        Whether it goes on by parts of a sample.
     """
 
     def __init__(self, plant: PlantLike, sampling_time: float) -> None:
@@ -66,6 +74,7 @@ class ForeignPlant:
         self.parameters = Signals({name: item.unit for name, item in parameters.items()}, "parameters")
         self.default_parameters: Array = np.array([item.default for item in parameters.values()], dtype=float)
         self.sampling_time = positive_number(getattr(plant, "sampling_time", sampling_time), "plant.sampling_time")
+        self.divisible = bool(getattr(plant, "divisible", True)) and "duration" in signature(plant.advance).parameters
 
     def reset(self) -> None:
         """Begin a run."""
@@ -73,9 +82,10 @@ class ForeignPlant:
         if reset is not None:
             reset()
 
-    def advance(self, x: Array, u: Array, p: Array) -> Array:
-        """State one sampling time later, see `PlantLike`."""
-        end = self.states.vector(self._plant.advance(x.copy(), u.copy(), p.copy()), "plant.advance()")
+    def advance(self, x: Array, u: Array, p: Array, duration: float | None = None) -> Array:
+        """State one sampling time later, or a duration [s], see `PlantLike`."""
+        part: dict[str, Any] = {} if duration is None else {"duration": duration}
+        end = self.states.vector(self._plant.advance(x.copy(), u.copy(), p.copy(), **part), "plant.advance()")
         if not np.isfinite(end).all():
             raise PlantError(f"The plant left the finite numbers from x = {x.tolist()}, u = {u.tolist()}")
         return end

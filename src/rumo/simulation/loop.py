@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import closing
 from math import isclose
 from typing import TYPE_CHECKING, Any
@@ -12,22 +12,28 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import as_mapping, checked
+from rumo.actuation import acting_inputs
+from rumo.actuation.timing import in_samples
+from rumo.checks import checked
 from rumo.controllers import Controller
 from rumo.errors import ArgumentError, CallOrderError, PlantError
 from rumo.estimation import Unfiltered
 from rumo.estimation.base import as_estimate, started
 from rumo.interrupts import interruptible
 from rumo.plan import Plan
-from rumo.references import Preview, Reference, as_reference, start_reference
-from rumo.signals import Array, NamedArray, Signals, read_only
+from rumo.references import as_reference, start_reference
+from rumo.signals import Array, NamedArray, read_only
+from rumo.simulation.actuated import ActuatedInputs, mean_input
 from rumo.simulation.actuators import Actuators
+from rumo.simulation.compensation import Compensation
+from rumo.simulation.driven import DrivenPlant
 from rumo.simulation.faults import Fault
-from rumo.simulation.foreign import ForeignPlant, as_plant
+from rumo.simulation.foreign import as_plant
+from rumo.simulation.lateness import as_it_is, believed_inputs, require_same_lateness
 from rumo.simulation.moment import Moment
+from rumo.simulation.monitors import Monitors
 from rumo.simulation.observation import Observation
-from rumo.simulation.plant import Plant
-from rumo.simulation.previews import PreviewedParameters
+from rumo.simulation.previews import PreviewedParameters, first_of, previewed
 from rumo.simulation.sample import Sample
 from rumo.simulation.sensors import RunningSensors, known_observer, require_same_units
 from rumo.simulation.wind import sampled
@@ -65,6 +71,11 @@ class ClosedLoop:
         Whose states are estimated.
     measured : Signals
         What is measured.
+    monitors : Monitors
+        That find delays.
+    lead : float
+        Time from a sample until its next input begins to act, less than a sampling time: the controller is told the
+        state then [s].
 
     Raises
     ------
@@ -88,22 +99,28 @@ class ClosedLoop:
                 f"the scenario's, {scenario.problem.sampling_time:g} s and {scenario.problem.delay}",
             )
         self.plant = plant = as_plant(scenario.plant, dt)
-        for name in model.inputs:
-            plant.inputs.index(name, "plant")
+        self._columns = [plant.inputs.index(name, "plant") for name in model.inputs]
         seen = [name for name in (*model.states, *problem.outputs) if name in plant.states or name in plant.outputs]
         require_same_units(plant, model, (*model.inputs, *seen))
         self._x = plant.states.finite_vector(scenario.x, "x")
         for name in scenario.disturbances:
             plant.parameters.index(name, "disturbances")
-        ages = dict(zip(model.states, problem.sensors.age.tolist(), strict=True))
-        _require_same_lateness(scenario.sensors.late, _lateness(scenario.estimator, dt), ages)
         self._observation = Observation(problem, scenario.observed)
         self.observed = observed = self._observation.model
         self.measured = scenario.sensors.signals(plant, observed)
+        require_same_lateness(scenario.sensors, scenario.estimator, problem, self.measured)
+        self._actuation = as_it_is(scenario.actuation, problem)
+        believed = self._actuation if scenario.believed is None else scenario.believed
+        self._acting = acting_inputs(self._actuation, model.inputs, dt)
+        self._share = believed_inputs(believed, problem).share
+        self.lead = self._share * dt
+        late = scenario.sensors.lateness(self.measured, dt)
+        self.monitors = Monitors(scenario.monitors, believed, model.inputs, self.measured, late, dt)
         for fault in scenario.faults:
             fault.check(self.measured, model.inputs)
             fault.check_parameters(plant.parameters)
-        self._substitutes = [_substitute(fault, plant, dt) for fault in scenario.faults]
+        parts = self._actuation.moves or any(in_samples(each)[1] for each in (*self._acting.rest, *late))
+        self._driven = DrivenPlant(plant, scenario.faults, scenario.disturbances, self._columns, parts)
         with interruptible():
             self._states = known_observer(plant, observed.states)
             self._outputs = known_observer(plant, problem.outputs)
@@ -132,16 +149,19 @@ class ClosedLoop:
             scheme = controller.transcription.discretization
             observing = observation.problem
             estimator = started(scenario.estimator or Unfiltered(), observing, sensors.signals.names, scheme)
-        for driven in (plant, *filter(None, self._substitutes)):
-            driven.reset()
+            compensation = Compensation(observing, scheme, estimator, self._share)
+        self._driven.reset()
         _RUNS[controller] = run = object()
         controller.reset(applied=scenario.applied)
-        actuators = Actuators(controller)
-        columns = [plant.inputs.index(name) for name in model.inputs]
+        actuators = Actuators(controller, self._acting.delay)
+        actuated = ActuatedInputs(
+            self._actuation, self._acting, model.inputs, problem.sampling_time, actuators.believed
+        )
+        self.monitors.reset(actuators.believed)
         state, held = read_only(self._x), np.zeros(len(plant.inputs))
-        held[columns] = controller.applied[0]
+        held[self._columns] = actuators.believed
         readings, last = list[Array](), read_only(np.full(len(seen.states), np.nan))
-        previewed, parameters = PreviewedParameters(controller), problem.parameters[0]
+        set_parameters, parameters = PreviewedParameters(controller), problem.parameters[0]
         gc.collect()  # what the set-up left behind would otherwise be collected, and counted, within a step
         try:
             # What others may change is a copy; what is kept cannot be written to.
@@ -158,16 +178,23 @@ class ClosedLoop:
                 outputs = self._outputs(state, held, given)
 
                 known = observation.parameters(parameters)
-                estimate = as_estimate(estimator.update(received.copy(), actuators.believed, known), seen)
-                last = estimate.x if np.isfinite(estimate.x).all() else last
-                preview = _preview(reference, t + problem.times, NamedArray(seen.states, last))
-                previewed.look({**observation.estimated_parameters(estimate), **preview.parameters})
-                x = read_only(observation.told(NamedArray(seen.states, estimate.x), reference))
+                applied = compensation.applied(actuators)
+                estimate = as_estimate(estimator.update(received.copy(), applied, known), seen)
+                soon = compensation.ahead(estimate, actuators.believed, known)
+                now = None
+                if self.lead:
+                    here = NamedArray(seen.states, estimate.x if np.isfinite(estimate.x).all() else last)
+                    now = previewed(reference, t + problem.times, here)
+                last = soon if np.isfinite(soon).all() else last
+                preview = previewed(reference, t + self.lead + problem.times, NamedArray(seen.states, last))
+                wanted = first_of(preview if now is None else now, problem.outputs)
+                set_parameters.look({**observation.estimated_parameters(estimate), **preview.parameters})
+                x = read_only(observation.told(NamedArray(seen.states, soon), reference))
                 numbers = controller.problem.numbers
                 parameters = numbers.parameters[0]
                 # With a delay, what arrives now was decided before; without, it is what is computed now.
                 if problem.delay:
-                    held[columns] = actuators.move(k, bad)
+                    actuators.decide(k, bad)
                 else:
                     actuators.tell(k)
                 told, observed = NamedArray(model.states, x), NamedArray(seen.states, estimate.x)
@@ -176,10 +203,14 @@ class ClosedLoop:
                 sent = yield moment
                 plan = sent if isinstance(sent, Plan) else None
                 command = sent.command.values if isinstance(sent, Plan) else sent
+                command = model.inputs.finite_vector(command, "command") if command is not None else None
                 if command is not None and moment.computes:
-                    actuators.send(k, model.inputs.finite_vector(command, "command"), bad)
+                    actuators.send(k, command, bad)
                 if not problem.delay:
-                    held[columns] = actuators.move(k, bad)
+                    actuators.decide(k, bad)
+                done = actuators.act(k, bad)
+                pieces = actuated.over(done, sensors.stops)
+                found = self.monitors.update(t, command if moment.computes else None, received)
 
                 yield Sample(
                     index=k,
@@ -191,18 +222,19 @@ class ClosedLoop:
                     observed=observed,
                     estimate=estimate,
                     preview=preview,
-                    reference=NamedArray(problem.outputs, read_only(_now(preview, problem.outputs))),
+                    reference=NamedArray(problem.outputs, read_only(wanted)),
                     numbers=numbers,
                     plan=plan,
-                    applied=NamedArray(model.inputs, read_only(held[columns])),
+                    applied=NamedArray(model.inputs, done),
+                    actuated=NamedArray(model.inputs, read_only(mean_input(pieces))),
+                    delays=found,
                     disturbance=NamedArray(plant.parameters, given),
                     states=NamedArray(model.states, read_only(observation.told(true, reference))),
                     outputs=NamedArray(problem.outputs, read_only(outputs)),
                     true=true,
                 )
                 try:
-                    driven = self._driven(k, faults)
-                    state = read_only(driven.advance(state, held, self._driven_by(driven, given, disturbance[k])))
+                    state = self._driven.advance(k, state, held, pieces, given, disturbance[k], sensors)
                 except PlantError as error:
                     raise PlantError(f"At t = {t:g} s: {error}") from None
                 if _RUNS.get(controller) is not run:
@@ -210,7 +242,7 @@ class ClosedLoop:
                         "The controller was given to another run: each run at the same time needs its own."
                     )
         finally:
-            previewed.look({})  # the others were this run's
+            set_parameters.look({})  # the others were this run's
 
     def _disturbed(self, given: Array, bad: Sequence[tuple[Fault, int]]) -> Array:
         """Parameters of the plant (np_,), as faults leave them."""
@@ -218,21 +250,6 @@ class ClosedLoop:
             said = fault.disturb(given.copy(), self.plant.parameters)
             given = self.plant.parameters.finite_vector(said, f"{type(fault).__name__}.disturb()")
         return read_only(given)
-
-    def _driven(self, k: int, faults: Sequence[tuple[Fault, range]]) -> Plant | ForeignPlant:
-        """The plant at sample k, or what the last fault puts in its place."""
-        driven = self.plant
-        for (_, samples), substitute in zip(faults, self._substitutes, strict=True):
-            if substitute is not None and k in samples:
-                driven = substitute
-        return driven
-
-    def _driven_by(self, driven: Plant | ForeignPlant, given: Array, disturbance: Array) -> Array:
-        """Parameters (np_,) of what is driven: the plant's, but another's own where nothing has set them."""
-        if driven is self.plant:
-            return given
-        named = np.isin(self.plant.parameters.names, list(self.scenario.disturbances))
-        return np.where(named | (given != disturbance), given, driven.default_parameters)
 
     def _random(self) -> tuple[Array, RunningSensors]:
         """Parameters of the plant at each sample (K, np_), and sensors with their noise: all that the seed decides."""
@@ -245,52 +262,3 @@ class ClosedLoop:
                 source, f"disturbances[{name!r}]", times.copy(), wind
             )
         return read_only(disturbance), scenario.sensors.start(plant, self.measured, len(self), noise)
-
-
-def _substitute(fault: Fault, plant: Plant | ForeignPlant, dt: float) -> Plant | ForeignPlant | None:
-    """What a fault drives in place of the plant, if anything; raises unless it has the same signals."""
-    if fault.substitute is None:
-        return None
-    other = as_plant(fault.substitute, dt)
-    for role in ("states", "inputs", "parameters"):
-        found, expected = (
-            dict(zip(s.names, s.units, strict=True)) for s in (getattr(other, role), getattr(plant, role))
-        )
-        if list(found.items()) != list(expected.items()):
-            raise ArgumentError(
-                f"{type(fault).__name__}.plant",
-                f"{role} {', '.join(found) or 'none'}",
-                f"those of the plant, in the same order and units: {', '.join(expected) or 'none'}",
-            )
-    return other
-
-
-def _preview(reference: Reference, times: Array, x: NamedArray) -> Preview:
-    preview = reference.preview(times, x)
-    if not isinstance(preview, Preview):
-        raise ArgumentError("reference.preview()", repr(preview), "a rumo.references.Preview")
-    return preview
-
-
-def _now(preview: Preview, outputs: Signals) -> Array:
-    return np.array([np.ravel(preview.signals.get(name, np.nan))[0] for name in outputs], dtype=float)
-
-
-def _lateness(estimator: object, dt: float) -> dict[str, float]:
-    """Samples of which an estimator, which may be of the user's making, knows that measurements are late."""
-    age, late = (as_mapping(getattr(estimator, name, {}), name) for name in ("age", "late"))
-    return {name: value / dt for name, value in age.items()} | late
-
-
-def _require_same_lateness(sensors: Mapping[str, int], estimator: Mapping[str, float], ages: Mapping[str, int]) -> None:
-    """Raise if estimator and controller together would take measurements for newer, or older, than they are."""
-    for name in {**sensors, **estimator, **ages}:
-        late, expected = sensors.get(name, 0), estimator.get(name, 0) + ages.get(name, 0)
-        if not isclose(late, expected, abs_tol=1e-6):
-            raise ArgumentError(
-                f"sensors.late[{name!r}]",
-                str(late),
-                f"the {expected:g} samples that estimator and problem reckon with",
-                "ExtendedKalman(late={...}) takes late measurements for what they are, or Problem(measurements={...}) "
-                "with rumo.Measurement(age=...); what neither shall know of is a fault, LateMeasurement.",
-            )

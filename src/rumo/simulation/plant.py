@@ -42,7 +42,7 @@ class Plant:
     ) -> None:
         self.model = checked(model, "model", Model)
         self._settings = (model, sampling_time, tolerance, scales)
-        self.name = model.name
+        self.name, self.divisible = model.name, True
         self.states, self.inputs = model.states, model.inputs
         observed = (model.algebraic, model.outputs)
         self.outputs = Signals({name: group.unit(name) for group in observed for name in group}, "outputs")
@@ -55,13 +55,11 @@ class Plant:
         self._scales, z_scales = np.split(sizes, [len(model.states)])
         self._guess = model.algebraic_guess / z_scales
         arguments = model.xz * sizes, model.u, model.p
-        equations = {
-            "x": model.x,
-            "p": ca.vertcat(model.u, model.p),
-            "ode": model.f(*arguments) / self._scales,
-        }
+        rates, duration = model.f(*arguments) / self._scales, ca.SX.sym("duration")
+        equations = {"x": model.x, "p": ca.vertcat(model.u, model.p), "ode": rates}
         if len(model.algebraic):
             equations |= {"z": model.z, "alg": model.g(*arguments)}
+        parts = equations | {"p": ca.vertcat(model.u, model.p, duration), "ode": duration * rates}
         options = {
             "abstol": tolerance,
             "reltol": tolerance,
@@ -71,6 +69,8 @@ class Plant:
         }
         method = "idas" if len(model.algebraic) else "cvodes"
         self._integrator = partial(ca.integrator, "plant", method, equations, 0.0, sampling_time, options)
+        self._part_integrator = partial(ca.integrator, "part", method, parts, 0.0, 1.0, options)
+        self._integrate_part: Any = None
         with interruptible():
             self._integrate = self._integrator()
         self.reset()
@@ -79,8 +79,8 @@ class Plant:
         """Forget where the algebraic variables were last: the next ones are looked for near the model's guess."""
         self._z = self._guess
 
-    def advance(self, x: Array, u: Array, p: Array) -> Array:
-        """State (nx,) one sampling time after x (nx,), with input u (nu,) and parameters p (np_,) held.
+    def advance(self, x: Array, u: Array, p: Array, duration: float | None = None) -> Array:
+        """State (nx,) one sampling time, or a duration [s], after x (nx,), inputs u (nu,) and parameters p (np_,) held.
 
         Algebraic variables are looked for near where they were last.
 
@@ -91,7 +91,11 @@ class Plant:
         """
         try:
             with interruptible():
-                result = self._integrate(x0=x / self._scales, z0=self._z, p=np.r_[u, p])
+                if duration is None:
+                    result = self._integrate(x0=x / self._scales, z0=self._z, p=np.r_[u, p])
+                else:
+                    self._integrate_part = self._integrate_part or self._part_integrator()
+                    result = self._integrate_part(x0=x / self._scales, z0=self._z, p=np.r_[u, p, duration])
                 end, z = (result[name].full().ravel() for name in ("xf", "zf"))
         except RuntimeError as error:
             raise PlantError(f"SUNDIALS could not integrate {self.name} from x = {x.tolist()}: {error}") from None
@@ -119,7 +123,7 @@ class Plant:
         """The same, with an integrator and a memory of its own."""
         twin = object.__new__(type(self))
         with interruptible():
-            vars(twin).update(vars(self), _integrate=self._integrator())
+            vars(twin).update(vars(self), _integrate=self._integrator(), _integrate_part=None)
         return twin
 
     def __reduce__(self) -> tuple[type[Plant], tuple[object, ...]]:

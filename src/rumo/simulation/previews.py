@@ -1,4 +1,4 @@
-"""Parameters that previews set in a controller for a while."""
+"""What references say of what lies ahead, and parameters that this sets in a controller for a while."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rumo.controllers import Controller
+from rumo.errors import ArgumentError
+from rumo.references import Preview, Reference
+from rumo.signals import Array, NamedArray, Signals
 
 
 class PreviewedParameters:
@@ -29,3 +32,16 @@ class PreviewedParameters:
         if back or ahead:
             self._controller.parameters = back | dict(ahead)
         self._set = self._controller.problem.parameters
+
+
+def previewed(reference: Reference, times: Array, x: NamedArray[float]) -> Preview:
+    """What a reference, which may be of the user's making, says of these times [s]."""
+    preview = reference.preview(times, x)
+    if not isinstance(preview, Preview):
+        raise ArgumentError("reference.preview()", repr(preview), "a rumo.references.Preview")
+    return preview
+
+
+def first_of(preview: Preview, outputs: Signals) -> Array:
+    """Outputs that are wanted at the first of its times (ny,), NaN where it says nothing of them."""
+    return np.array([np.ravel(preview.signals.get(name, np.nan))[0] for name in outputs], dtype=float)

@@ -21,7 +21,17 @@ from rumo.simulation.foreign import ForeignPlant, PlantLike, as_plant
 from rumo.simulation.plant import Plant
 from rumo.simulation.rows import of_innovation, of_plan
 from rumo.simulation.sample import Sample
-from rumo.simulation.variables import OBSERVED, OTHERS, RESCUED, TEXTS, TIMES, UNITLESS, VARIABLES
+from rumo.simulation.variables import (
+    ACTUATED,
+    MONITORED,
+    OBSERVED,
+    OTHERS,
+    RESCUED,
+    TEXTS,
+    TIMES,
+    UNITLESS,
+    VARIABLES,
+)
 from rumo.version import __version__
 
 if TYPE_CHECKING:
@@ -41,6 +51,10 @@ class Recorder:
         What is measured, and in which unit; the states of the controller's model if not given.
     observed : Model, optional
         Whose states are estimated, if not the controller's model.
+    actuated : bool
+        Whether the plant gets something else than what is applied.
+    monitors : Signals, or mapping of str to str, optional
+        Names of what finds delays, and their unit.
     seed : int
         Of the run.
     """
@@ -52,6 +66,8 @@ class Recorder:
         *,
         measured: Signals | Mapping[str, str] | None = None,
         observed: Model | None = None,
+        actuated: bool = False,
+        monitors: Signals | Mapping[str, str] | None = None,
         seed: int = 0,
     ) -> None:
         self._controller = checked(controller, "controller", Controller)
@@ -75,10 +91,13 @@ class Recorder:
             "measured_output": Signals(further, "measured outputs"),
             "model_parameter": model.parameters,
         }
-        self._variables = VARIABLES
+        self._variables = VARIABLES | (ACTUATED if actuated else {})
         if observed is not None:
-            self._variables = VARIABLES | OBSERVED
+            self._variables |= OBSERVED
             self._signals["observed_state"] = observed.states
+        if monitors:
+            self._variables |= MONITORED
+            self._signals["monitor"] = monitors if isinstance(monitors, Signals) else Signals(monitors, "monitors")
         self._rows: list[dict[str, Any]] = []
 
     def add(
@@ -122,7 +141,7 @@ class Recorder:
         if plan is not None:
             checked(plan, "plan", Plan, "It is what controller.step(...) returns.")
         for name in others:
-            if name not in OTHERS or (name in OBSERVED and name not in self._variables):
+            if name not in OTHERS or name not in self._variables:
                 known = ("measured", "estimated", "applied", "reference", *OTHERS)
                 raise UnknownNameError("Recorder.add", name, known)
         said = self._vector(self._measured, measured, "measured")
@@ -161,8 +180,11 @@ class Recorder:
             deviations = dict(zip(sample.observed.signals, np.sqrt(np.diag(covariance)).tolist(), strict=True))
         others: dict[str, Any] = {}
         if "observed" in self._variables:
-            others = {"observed": sample.observed, "observed_deviation": deviations, "true_observed": sample.true}
+            others |= {"observed": sample.observed, "observed_deviation": deviations, "true_observed": sample.true}
             deviations = deviations and {n: v for n, v in deviations.items() if n in self._signals["state"]}
+        for name, values in (("actuated", sample.actuated), ("found_delay", sample.delays)):
+            if name in self._variables:
+                others[name] = values
         self.add(
             sample.plan,
             time=sample.time,

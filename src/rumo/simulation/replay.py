@@ -56,8 +56,12 @@ def recorded(problem: Problem, log: xr.Dataset, reference: ReferenceLike) -> Rec
     Raises
     ------
     ArgumentError
-        If the log is too short to know any.
+        If the log is too short to know any, or does not know which observed state the reference was told.
     """
+    lead = float(log.attrs.get("lead_s", 0.0))
+    if lead and "observed" in log:
+        expected = "one of a loop whose inputs begin to act at samples, or whose observed model is the controller's"
+        raise ArgumentError("log", f"one whose inputs begin to act {lead:g} s after samples", expected)
     # With a delay, the inputs already decided are those applied from now on; without, the last that was applied.
     decided, first = max(problem.delay, 1), 0 if problem.delay else 1
     samples = np.arange(first, log.sizes["time"] - decided + 1)
@@ -70,7 +74,8 @@ def recorded(problem: Problem, log: xr.Dataset, reference: ReferenceLike) -> Rec
         units = dict(zip(log["observed_state"].to_numpy(), log["observed_state_unit"].to_numpy(), strict=True))
         seen, names = log["observed"].to_numpy(), Signals({str(n): str(u) for n, u in units.items()}, "observed")
     windows = [
-        follow.preview(times[k] + problem.times, NamedArray(names, seen[k])).signals for k in range(samples[-1] + 1)
+        follow.preview(times[k] + lead + problem.times, NamedArray(names, seen[k])).signals
+        for k in range(samples[-1] + 1)
     ][first:]
     shape, inputs = (len(samples), len(problem.times)), log["applied"].to_numpy()
     outputs = [

@@ -25,7 +25,13 @@ def record(
     The input of this last sample is recorded, and no longer applied.
     """
     recorder = Recorder(
-        loop.controller, loop.plant, measured=loop.measured, observed=loop.scenario.observed, seed=loop.scenario.seed
+        loop.controller,
+        loop.plant,
+        measured=loop.measured,
+        observed=loop.scenario.observed,
+        actuated=loop.scenario.actuation is not None,
+        monitors=loop.monitors.signals,
+        seed=loop.scenario.seed,
     )
     try:
         with closing(iter(loop)) as samples:
@@ -36,10 +42,17 @@ def record(
                 if until is not None and until(sample):
                     break
     except BaseException as error:
-        log = recorder.log().assign_attrs(complete="no")
+        log = _log(recorder, loop).assign_attrs(complete="no")
         if isinstance(error, KeyboardInterrupt):
             raise Interrupted(log) from None
         vars(error)["log"] = log
         error.add_note("The run until then is the attribute log of this exception.")
         raise
-    return recorder.log()
+    return _log(recorder, loop)
+
+
+def _log(recorder: Recorder, loop: ClosedLoop) -> xr.Dataset:
+    log, expected = recorder.log(), loop.monitors.expected
+    if expected:
+        log = log.assign_coords(expected_delay=("monitor", list(expected.values()), {"units": "s"}))
+    return log.assign_attrs(lead_s=loop.lead) if loop.lead else log

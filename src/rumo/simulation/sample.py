@@ -30,9 +30,10 @@ class Sample:
     received : NamedArray
         What of it arrives: the same, but for faults.
     estimated : NamedArray
-        State that the controller is told.
+        State that the controller is told: the one in which the next input begins to act.
     observed : NamedArray
-        Estimated state of the observed model: the same, unless the scenario has a model of its own for that.
+        Estimated state of the observed model, at the sample: the same, unless the scenario has a model of its own for
+        that, or inputs begin to act between two samples.
     estimate : Estimate
         All that the estimator says.
     preview : Preview
@@ -44,7 +45,11 @@ class Sample:
     plan : Plan or None
         What the controller answers; None if it was skipped.
     applied : NamedArray
-        Input from now to the next sample.
+        Input from now to the next sample: what actuators are told, if the scenario has any.
+    actuated : NamedArray
+        What they make of it: mean of the plant's input from now to the next sample.
+    delays : NamedArray
+        Found by the scenario's monitors [s], NaN where not known.
     disturbance : NamedArray
         Parameters of the plant from now to the next sample.
     states, outputs : NamedArray
@@ -67,6 +72,8 @@ class Sample:
     numbers: ProblemNumbers
     plan: Plan | None
     applied: NamedArray[float]
+    actuated: NamedArray[float]
+    delays: NamedArray[float]
     disturbance: NamedArray[float]
     states: NamedArray[float]
     outputs: NamedArray[float]

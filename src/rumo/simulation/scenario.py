@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rumo.checks import LARGEST, as_mapping, checked, whole_number
+from rumo.actuation import Actuation
+from rumo.checks import LARGEST, as_mapping, checked, checked_items, whole_number
 from rumo.controllers import Controller, RealTimeIteration
 from rumo.discretization import Discretization
 from rumo.errors import ArgumentError, UnknownNameError
@@ -25,6 +26,7 @@ from rumo.signals import Signals, Values
 from rumo.simulation.faults import Fault
 from rumo.simulation.foreign import PlantLike, check_plant
 from rumo.simulation.loop import ClosedLoop
+from rumo.simulation.monitors import DelayWatch
 from rumo.simulation.plant import Plant
 from rumo.simulation.run import record
 from rumo.simulation.sensors import Sensors
@@ -68,6 +70,12 @@ class Scenario:
         What is measured, and how well; the controller's states, exactly, if not given.
     estimator : Estimator, optional
         From measurements to the state that the controller is told; measured states pass unchanged without one.
+    actuation : Actuation, optional
+        What lies between measurements and what their commands do; the problem's delay if not given.
+    believed : Actuation, optional
+        The same, as controller and estimator believe: the delay that is compensated. As it is, if not given.
+    monitors : mapping of str to DelayWatch
+        They find how late responses really are.
     observed : Model, optional
         Whose states are measured and estimated, if not the controller's model: one of the same inputs. The reference
         says what they mean for the controller, by `locate`: where a car at p_x, p_y is beside a path.
@@ -96,6 +104,9 @@ class Scenario:
     applied: Mapping[str, float] | ArrayLike | None = None
     sensors: Sensors = field(default_factory=Sensors)
     estimator: Estimator | None = None
+    actuation: Actuation | None = None
+    believed: Actuation | None = None
+    monitors: Mapping[str, DelayWatch] = field(default_factory=dict[str, DelayWatch])
     observed: Model | None = None
     disturbances: Mapping[str, Disturbance] = field(default_factory=dict[str, Disturbance])
     faults: Sequence[Fault] = ()
@@ -114,6 +125,10 @@ class Scenario:
         checked(self.sensors, "sensors", Sensors)
         if self.estimator is not None:
             check_estimator(self.estimator)
+        for name, actuation in (("actuation", self.actuation), ("believed", self.believed)):
+            if actuation is not None:
+                checked(actuation, name, Actuation).check(self.problem.model.inputs, name)
+        checked_items(self.monitors, "monitors", DelayWatch, 'DelayWatch("steering_rate", "delta")')
         if self.observed is not None:
             checked(self.observed, "observed", Model)
         disturbances = as_mapping(self.disturbances, "disturbances")

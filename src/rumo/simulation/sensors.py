@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rumo.checks import as_mapping, as_names, whole_number
+from rumo.actuation.timing import in_samples
+from rumo.checks import as_mapping, as_names
 from rumo.errors import ArgumentError, UnknownNameError
+from rumo.estimation.lateness import lateness
 from rumo.interrupts import interruptible
 from rumo.model import Model
 from rumo.signals import Array, Signals
@@ -30,19 +32,24 @@ class Sensors:
     measured : tuple of str, optional
         States and outputs of the plant; those named like the states of the controller's model if not given. With any
         others an estimator has to find the states.
-    late : mapping of str to int
-        Samples from a measurement to its arrival; NaN comes until the first has arrived.
+    late : mapping of str to float
+        Samples, and fractions of one, from a measurement to its arrival; NaN comes until the first has arrived. With a
+        fraction the plant is measured between two samples.
+    age : mapping of str to float
+        The same in seconds, for measurements that `late` does not name.
     """
 
     noise: Mapping[str, float] = field(default_factory=dict[str, float])
     measured: tuple[str, ...] | None = None
-    late: Mapping[str, int] = field(default_factory=dict[str, int])
+    late: Mapping[str, float] = field(default_factory=dict[str, float])
+    age: Mapping[str, float] = field(default_factory=dict[str, float])
 
     def __post_init__(self) -> None:
         if self.measured is not None:
             as_names(self.measured, "measured")
         as_mapping(self.noise, "noise")
         as_mapping(self.late, "late")
+        as_mapping(self.age, "age")
 
     def names(self, model: Model) -> tuple[str, ...]:
         """What is measured, for a controller of this model."""
@@ -76,9 +83,11 @@ class Sensors:
         for name, value in self.noise.items():
             if value < 0.0:
                 raise ArgumentError(f"noise[{name!r}]", f"{value:g}", "a standard deviation of 0 or more")
-        for name, samples in self.late.items():
-            signals.index(name, "late")
-            whole_number(samples, f"late[{name!r}]", 0)
+        self.lateness(signals, plant.sampling_time)
+
+    def lateness(self, signals: Signals, sampling_time: float) -> Array:
+        """Samples, and fractions of one, from each measurement to its arrival (m,)."""
+        return lateness(self.late, self.age, signals, sampling_time, "sensors")
 
 
 class RunningSensors:
@@ -88,6 +97,8 @@ class RunningSensors:
     ----------
     signals : Signals
         What is measured.
+    stops : tuple of float
+        Shares of each sample at which something is measured, besides its end.
     """
 
     def __init__(
@@ -100,20 +111,36 @@ class RunningSensors:
         self._own = np.array([name in sensors.noise and name not in plant.states for name in signals], dtype=bool)
         own = np.where(self._own, sensors.deviations(signals), 0.0)
         self._own_noise = own * rng.standard_normal((samples, len(signals))) if self._own.any() else None
-        self._late = np.array([sensors.late.get(name, 0) for name in signals], dtype=int)
+        late = [in_samples(samples) for samples in sensors.lateness(signals, plant.sampling_time).tolist()]
+        self._late = np.array([whole for whole, _ in late], dtype=int)
+        self._within = np.array([1.0 - share for _, share in late])
+        self.stops: tuple[float, ...] = tuple(sorted({*self._within.tolist()} - {1.0}))
+        self._between = np.full(len(signals), np.nan)
         self._read: list[Array] = []
 
     def read(self, k: int, x: Array, u: Array, p: Array) -> Array:
         """What arrives at sample k (m,), of a plant in state x with input u held since the sample before."""
-        with interruptible():
-            values = self._observe(x + self._noise[k], u, p)
-            if self._own_noise is not None:
-                values = np.where(self._own, self._observe(x, u, p) + self._own_noise[k], values)
+        values = self._measured(k, x, u, p)
+        if self.stops:
+            values, self._between = np.where(self._within < 1.0, self._between, values), np.full(len(values), np.nan)
         if not self._late.any():
             return values
         self._read.append(values)
         late = zip(self._late, range(len(values)), strict=True)
         return np.array([self._read[k - samples][j] if samples <= k else np.nan for samples, j in late])
+
+    def pass_by(self, share: float, k: int, x: Array, u: Array, p: Array) -> None:
+        """Measure a share of a sample after sample k what is to be measured there."""
+        if k + 1 < len(self._noise):
+            here = self._within == share
+            self._between = np.where(here, self._measured(k + 1, x, u, p), self._between)
+
+    def _measured(self, row: int, x: Array, u: Array, p: Array) -> Array:
+        with interruptible():
+            values = self._observe(x + self._noise[row], u, p)
+            if self._own_noise is not None:
+                values = np.where(self._own, self._observe(x, u, p) + self._own_noise[row], values)
+        return values
 
 
 def unit_of(plant: AnyPlant, name: str) -> str:

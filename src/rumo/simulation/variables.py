@@ -50,6 +50,14 @@ OBSERVED: dict[str, tuple[tuple[str, ...], str]] = {
     "true_observed": (("observed_state",), "states of the observed model, of the plant"),
 }
 """Further ones, where the observed model is not the controller's."""
+ACTUATED: dict[str, tuple[tuple[str, ...], str]] = {
+    "actuated": (("input",), "mean of the plant's input from this sample to the next"),
+}
+"""Where the scenario says what lies between commands and their effect."""
+MONITORED: dict[str, tuple[tuple[str, ...], str]] = {
+    "found_delay": (("monitor",), "how late responses are, as found by monitors"),
+}
+"""Where the scenario has monitors."""
 TEXTS = ("status", "cause", "symptom")
 """Of these: no numbers."""
 UNITLESS = ("health", "innovation_used", "nis")
@@ -68,6 +76,8 @@ OTHERS = (
     "observed",
     "observed_deviation",
     "true_observed",
+    "actuated",
+    "found_delay",
     "true_states",
     "true_outputs",
 )

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rumo.checks import finite_number
+from rumo.errors import ArgumentError
 from rumo.estimation.base import Estimate
 from rumo.estimation.ekf.augmented import AugmentedModel
 from rumo.estimation.ekf.engine import FilterEngine, FilterNumbers
@@ -45,8 +47,9 @@ class FirstBelief:
 
 @dataclass(eq=False)
 class _Sample:
-    """What is known of a sample: the input held until then, parameters, measurements as they come in."""
+    """What is known of a sample: inputs until then, parameters, measurements as they come in."""
 
+    before: Array
     applied: Array
     parameters: Array
     measured: Array
@@ -113,6 +116,8 @@ class RunningExtendedKalman:
         Of the latest sample all of whose measurements have come, if there was one at the last update.
     backend : str
         "portable" for the C core, "reference" for NumPy.
+    input_age : float
+        Share of a sample that an input needs until it acts, 0 or more and less than 1; until then the one before does.
     """
 
     def __init__(self, parts: FilterParts) -> None:
@@ -122,12 +127,13 @@ class RunningExtendedKalman:
         self._whole = np.floor(late + SAME_TIME).astype(int)
         ends = 1.0 - np.maximum(late - self._whole, 0.0)
         ends[ends > 1.0 - SAME_TIME] = 1.0
-        # When, as a share of the sample, measurements are made, and which.
-        self._times = [(float(end), ends == end) for end in sorted({*ends.tolist(), 1.0})]
+        self._ends, self._input_age = ends, 0.0
+        self._stop()
         self._oldest = int(self._whole.max(initial=0))
         self._prompt = (self._whole == 0) & (ends == 1.0)
         self._seen = self._first.x
         self._belief: Array | None = None
+        self._applied: Array | None = None
         self._recent: deque[_Sample] = deque()
         self.innovation: Innovation | None = None
         self.backend = self._engine.backend
@@ -135,7 +141,23 @@ class RunningExtendedKalman:
     @property
     def goes_back(self) -> bool:
         """Whether some measurements are late, so that innovations are not those of the sample that came last."""
-        return self._oldest > 0 or len(self._times) > 1
+        return self._oldest > 0 or bool((self._ends < 1.0).any())
+
+    @property
+    def input_age(self) -> float:
+        """See the class."""
+        return self._input_age
+
+    @input_age.setter
+    def input_age(self, share: float) -> None:
+        if not 0.0 <= finite_number(share, "input_age") < 1.0:
+            raise ArgumentError("input_age", repr(share), "a share of a sample, less than 1", "Whole ones are a delay.")
+        self._input_age = share
+        self._stop()
+
+    def _stop(self) -> None:
+        """When, as a share of the sample, steps end, and which measurements are made there."""
+        self._times = [(end, self._ends == end) for end in sorted({*self._ends.tolist(), self._input_age, 1.0} - {0.0})]
 
     @property
     def belief(self) -> tuple[Array, Array] | None:
@@ -146,7 +168,7 @@ class RunningExtendedKalman:
 
     def forget(self) -> None:
         """Start anew at the next sample."""
-        self._belief, self.innovation, self._seen = None, None, self._first.x
+        self._belief, self._applied, self.innovation, self._seen = None, None, None, self._first.x
         self._recent.clear()
 
     def retune(self, process: Array) -> None:
@@ -159,26 +181,28 @@ class RunningExtendedKalman:
     def update(self, measured: Array, applied: Array, parameters: Array) -> Estimate:
         """Estimate from measurements (m,), see `RunningEstimator`; those that are not finite are left to prediction."""
         measured, self.innovation = np.asarray(measured, dtype=float), None
+        before, self._applied = applied if self._applied is None else self._applied, applied.copy()
         if self._belief is None:
             return self._start(measured, applied, parameters)
         try:
-            belief = self._advanced(self._belief, measured, applied, parameters)
+            belief = self._advanced(self._belief, _Sample(before, applied, parameters, measured))
         except np.linalg.LinAlgError:
             # The model has no value here: start anew at the next good sample.
             self.forget()
             return Estimate(self._begin(measured, parameters)[: self._states])
         return self._estimate(belief)
 
-    def _advanced(self, belief: Array, measured: Array, applied: Array, parameters: Array) -> Array:
+    def _advanced(self, belief: Array, now: _Sample) -> Array:
         """The belief now; what is known of samples all of whose measurements have come is kept."""
-        if not self._oldest and len(self._times) == 1:
-            self._belief, self.innovation = self._advance(belief, _Sample(applied, parameters, measured))
+        if not self._oldest:
+            self._belief, self.innovation = self._advance(belief, now)
             return self._belief
         recent = self._recent
-        recent.append(_Sample(applied.copy(), parameters.copy(), np.full(len(measured), np.nan)))
+        nothing = np.full(len(now.measured), np.nan)
+        recent.append(_Sample(now.before, now.applied.copy(), now.parameters.copy(), nothing))
         for j, late in enumerate(self._whole.tolist()):
             if late < len(recent):
-                recent[-1 - late].measured[j] = measured[j]
+                recent[-1 - late].measured[j] = now.measured[j]
         if len(recent) > self._oldest:
             self._belief, self.innovation = self._advance(belief, recent.popleft())
             belief = self._belief
@@ -189,14 +213,15 @@ class RunningExtendedKalman:
     def _advance(self, belief: Array, sample: _Sample) -> tuple[Array, Innovation]:
         """One sample on, with stops where something was measured on the way."""
         if len(self._times) == 1:
-            belief, report = self._step(belief, sample, 1.0, sample.measured)
+            belief, report = self._step(belief, sample.applied, sample, 1.0, sample.measured)
             return belief, _innovation(report)
         done, m, whole = 0.0, len(sample.measured), np.array([])
         for end, here in self._times:
             measured = np.where(here, sample.measured, np.nan)
-            if end < 1.0 and not np.isfinite(measured).any():
+            if end < 1.0 and end != self._input_age and not np.isfinite(measured).any():
                 continue
-            belief, report = self._step(belief, sample, end - done, measured)
+            applied = sample.before if end <= self._input_age else sample.applied
+            belief, report = self._step(belief, applied, sample, end - done, measured)
             done = end
             if len(whole):  # each measurement is in one report, and sums of squares add up
                 report[: 2 * m] = np.where(np.isnan(report[: 2 * m]), whole[: 2 * m], report[: 2 * m])
@@ -204,9 +229,11 @@ class RunningExtendedKalman:
             whole = report
         return belief, _innovation(whole)
 
-    def _step(self, belief: Array, sample: _Sample, share: float, measured: Array) -> tuple[Array, Array]:
+    def _step(
+        self, belief: Array, applied: Array, sample: _Sample, share: float, measured: Array
+    ) -> tuple[Array, Array]:
         parameters = self._model.parameters(sample.parameters, share)
-        return self._engine.advance(belief, sample.applied, parameters, measured)
+        return self._engine.advance(belief, applied, parameters, measured)
 
     def _start(self, measured: Array, applied: Array, parameters: Array) -> Estimate:
         now = self._begin(measured, parameters)
@@ -218,7 +245,7 @@ class RunningExtendedKalman:
         rest[self._first.places[self._first.places >= 0]] = np.nan  # those that it starts at
         if np.isfinite(rest).any():
             with suppress(np.linalg.LinAlgError):  # where it starts, the others say nothing
-                belief, _ = self._step(belief, _Sample(applied, parameters, rest), 0.0, rest)
+                belief, _ = self._step(belief, applied, _Sample(applied, applied, parameters, rest), 0.0, rest)
         self._belief = belief
         return self._estimate(belief)
 

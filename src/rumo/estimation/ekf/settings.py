@@ -25,6 +25,7 @@ from rumo.estimation.ekf.core import CoreFilter, can_compute
 from rumo.estimation.ekf.engine import FilterNumbers
 from rumo.estimation.ekf.numpy import NumpyFilter
 from rumo.estimation.ekf.running import FilterParts, FirstBelief, RunningExtendedKalman
+from rumo.estimation.lateness import lateness
 from rumo.problem import Problem
 from rumo.signals import Array, Signals
 
@@ -161,15 +162,7 @@ class ExtendedKalman:
 
     def lateness(self, measured: Signals, sampling_time: float) -> Array:
         """Samples, and fractions of one, from each measurement to its arrival (m,)."""
-        late, age = as_mapping(self.late, "ExtendedKalman.late"), as_mapping(self.age, "ExtendedKalman.age")
-        for argument, ages in (("late", late), ("age", age)):
-            for name, value in ages.items():
-                measured.index(name, f"ExtendedKalman.{argument}")
-                if non_negative_number(value, f"ExtendedKalman.{argument}[{name!r}]") == np.inf:
-                    raise ArgumentError(f"ExtendedKalman.{argument}[{name!r}]", "inf", "a finite number")
-        for name in late.keys() & age.keys():
-            raise ArgumentError(f"ExtendedKalman.age[{name!r}]", f"{age[name]} s", "nothing: late says it in samples")
-        return np.array([late.get(name, age.get(name, 0.0) / sampling_time) for name in measured], dtype=float)
+        return lateness(self.late, self.age, measured, sampling_time, "ExtendedKalman")
 
     def _extra(self, problem: Problem, signals: Signals) -> dict[str, ExtraState]:
         model = problem.model

@@ -143,15 +143,16 @@ class CommonRoadCar:
         """Derivatives (nx,) at a state (nx,) with inputs (2,) and parameters (np_,): CommonRoad's."""
         return self.states.vector(self._rates(u, p)(x.tolist()), "rates")
 
-    def advance(self, x: Array, u: Array, p: Array) -> Array:
-        """State one sampling time later, see `rumo.simulation.PlantLike`.
+    def advance(self, x: Array, u: Array, p: Array, duration: float | None = None) -> Array:
+        """State one sampling time later, or a duration [s], see `rumo.simulation.PlantLike`.
 
         Raises
         ------
         PlantError
             If CommonRoad's equations have no value.
         """
-        return integrated(self._rates(u, p), x, self.sampling_time, self._tolerance)
+        time = self.sampling_time if duration is None else duration
+        return integrated(self._rates(u, p), x, time, self._tolerance)
 
     def observe(self, x: Array, u: Array, p: Array) -> dict[str, float]:
         """Outputs at a state."""

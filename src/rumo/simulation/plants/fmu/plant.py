@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import ceil, isclose
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -76,6 +77,7 @@ class FmuPlant:
         self._file = Path(file)
         self.sampling_time = positive_number(sampling_time, "sampling_time")
         self._steps = whole_number(steps, "steps", 1)
+        self._step = self.sampling_time / self._steps
         self._description = _described(self._file)
         self.name = str(self._description.modelName)
         variables = real_variables(self._description)
@@ -108,13 +110,14 @@ class FmuPlant:
             )
             for (name, port), unit in zip(named.items(), self._p.units.values(), strict=True)
         }
+        self.divisible = bool(self._description.coSimulation.canHandleVariableCommunicationStepSize)
         self._slave: Slave | None = None
         self.reset()
 
     def reset(self) -> None:
         """Back to the beginning, which is where the next state that it is given is."""
         self._at: Array | None = None
-        self._count = 0
+        self._count, self._within = 0, 0.0
 
     def start(self, **states: float) -> dict[str, float]:
         """State in which it begins: `Scenario(x=plant.start())`; also a reset.
@@ -141,8 +144,8 @@ class FmuPlant:
         self.reset()
         return dict(zip(self.states, x.tolist(), strict=True))
 
-    def advance(self, x: Array, u: Array, p: Array) -> Array:
-        """State one sampling time later, see `rumo.simulation.PlantLike`.
+    def advance(self, x: Array, u: Array, p: Array, duration: float | None = None) -> Array:
+        """State one sampling time later, or a duration [s], see `rumo.simulation.PlantLike`.
 
         Raises
         ------
@@ -165,14 +168,26 @@ class FmuPlant:
                 f"{self.name} goes on from where it is, {self._at.tolist()}, not from {x.tolist()}. "
                 "Call reset() first; two loops at the same time need a copy.deepcopy each."
             )
-        slave, step = self._running(), self.sampling_time / self._steps
+        slave = self._running()
         slave.write(self._p.references, (p / self._p.factors).tolist() if len(p) else [])
         slave.write(self._u.references, (u / self._u.factors).tolist())
-        for _ in range(self._steps):
-            slave.go(self._count * step, step)
-            self._count += 1
+        if duration is None:
+            for _ in range(self._steps):
+                slave.go(self._count * self._step, self._step)
+                self._count += 1
+        else:
+            self._go_on(slave, duration)
         self._at = self._read()
         return self._at.copy()
+
+    def _go_on(self, slave: Slave, duration: float) -> None:
+        """On by a part of a sample."""
+        begin, steps = self._count * self._step + self._within, ceil(duration / self._step)
+        for i in range(steps):
+            slave.go(begin + i * duration / steps, duration / steps)
+        self._within += duration
+        if isclose(self._within, self.sampling_time):
+            self._count, self._within = self._count + self._steps, 0.0
 
     def _settable(self, name: str) -> bool:
         variable = self._variables[self._starts[name]]
@@ -185,7 +200,7 @@ class FmuPlant:
         values |= dict(zip(self._p.references, (p / self._p.factors).tolist() if len(p) else [], strict=True))
         values |= {self._variables[self._starts[name]].valueReference: v / factors[name] for name, v in wanted.items()}
         self._running().begin(values)
-        self._count = 0
+        self._count, self._within = 0, 0.0
         return self._read()
 
     def _read(self) -> Array:
