@@ -52,6 +52,62 @@ def test_what_is_measured_and_when():
     np.testing.assert_array_equal(late[3:, 1], plain[:-3, 1])
 
 
+LATE = {"angle": 0.3, "rate": 2.6}
+
+
+def at_rest_moved(problem, log, k, samples):
+    """The plant's state that many samples before sample k, by CVODES from the sample before it."""
+    begin = int(np.floor(k - samples))
+    state, u = log["plant"].to_numpy()[begin], log["applied"].to_numpy()[begin]
+    plant = rumo.Plant(problem.model, problem.sampling_time, 1e-10)
+    return plant.advance(state, u, np.array([9.81]), (k - samples - begin) * problem.sampling_time)
+
+
+def test_fractions_of_a_sample_are_measured_between_samples():
+    problem = pendulum(delay=0)
+    exact = {"angle": 1e-6, "rate": 1e-6}
+    filtered = ExtendedKalman(exact, exact, {"angle": 0.3, "rate": 0.0}, {"angle": 1e-6, "rate": 1e-6}, late=LATE)
+    log = rumo.Scenario(
+        problem,
+        rumo.Plant(problem.model, 0.05, 1e-10),
+        [0.3, 0.0],
+        {"angle": 0.1},
+        1.0,
+        sensors=Sensors(late=LATE),
+        estimator=filtered,
+        discretization=rumo.Radau3(substeps=2),
+    ).run()
+    measured = log["measured"].to_numpy()
+    for j, samples in enumerate(LATE.values()):
+        first = int(np.ceil(samples))
+        assert np.isnan(measured[:first, j]).all()
+        found = [at_rest_moved(problem, log, k, samples)[j] for k in range(first, 20)]
+        np.testing.assert_allclose(measured[first:, j], found, atol=1e-7)
+    # A filter that knows finds the state now.
+    np.testing.assert_allclose(log["estimated"], log["plant"], atol=1e-6)
+
+
+def test_seconds_are_samples():
+    problem = pendulum(delay=1)
+    logs = [
+        rumo.Scenario(
+            problem,
+            problem.model,
+            [0.3, 0.0],
+            {"angle": 0.1},
+            0.5,
+            sensors=Sensors({"angle": 0.01}, **late),
+            estimator=ExtendedKalman(
+                {"angle": 0.01, "rate": 0.01}, {"angle": 1e-3, "rate": 1e-3}, *first, late={"angle": 2}
+            ),
+        ).run()
+        for first in [({"angle": 0.3}, {"angle": 0.1})]
+        for late in ({"late": {"angle": 2}}, {"age": {"angle": 0.1}})
+    ]
+    np.testing.assert_array_equal(logs[0]["measured"], logs[1]["measured"])
+    np.testing.assert_array_equal(logs[0]["plant"], logs[1]["plant"])
+
+
 @pytest.mark.parametrize(
     ("sensors", "message"),
     [
@@ -61,6 +117,9 @@ def test_what_is_measured_and_when():
         (Sensors({"psi": np.inf}), r"noise\['psi'\]: got inf, expected a finite number"),
         (Sensors(measured=("psi", "gps")), "measured: got 'gps', expected one of p_x"),
         (Sensors(late={"psy": 1}), r"late: got 'psy', .* Did you mean 'psi'\?"),
+        (Sensors(age={"psy": 0.1}), r"age: got 'psy', .* Did you mean 'psi'\?"),
+        (Sensors(age={"psi": np.inf}), r"age\['psi'\]: got inf, expected a finite number"),
+        (Sensors(late={"psi": 1}, age={"psi": 0.1}), r"age\['psi'\]: got 0.1 s, expected nothing: late says it"),
         (Sensors(late={"psi": -1}), r"late\['psi'\]: got -1, expected a number of at least 0"),
     ],
 )

@@ -9,6 +9,7 @@ import casadi as ca
 
 from rumo.actuation.actuator import Actuation, Actuator
 from rumo.checks import checked
+from rumo.errors import ArgumentError
 from rumo.model import Algebraic, Expression, Model, Output, Parameter
 from rumo.signals import NamedSymbols
 
@@ -50,6 +51,9 @@ def with_actuators(model: Model, actuation: Actuation) -> Model:
     added = {state: model.inputs.unit(name) for name, chain in chains.items() for state in chain.states}
     if not added:
         return model
+    for state in added:
+        if state in model.states:  # others are found out by the new model itself
+            raise ArgumentError("model", f"a state {state!r}", "another name", "That is what the actuator's is called.")
     model_of = _Inner(model, chains)
 
     def dynamics(x: Any, u: Any, p: Any) -> dict[str, Any]:

@@ -102,6 +102,14 @@ def test_positions_are_the_integral_of_velocities(model, vehicle, speed, delta, 
         assert (after[name] - before[name]) / 4e-3 == pytest.approx(velocity, abs=2e-3 + 1e-4 * speed)
 
 
+@pytest.mark.parametrize("model", FORMS)
+def test_parts_of_a_sample_make_a_sample(model):
+    plant = car(model)
+    x, u, p = state(plant, v_x=15.0), np.array([1.0, 0.3]), parameters(plant)
+    parts = plant.advance(plant.advance(x, u, p, 0.011), u, p, 0.029)
+    np.testing.assert_allclose(parts, plant.advance(x, u, p), rtol=1e-6, atol=1e-6)
+
+
 @pytest.mark.parametrize("vehicle", [1, 2, 3])
 @pytest.mark.parametrize("model", FORMS)
 def test_derivatives_are_commonroads(model, vehicle):

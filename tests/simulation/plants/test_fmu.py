@@ -78,6 +78,29 @@ def test_signals_have_names_and_units_of_ours(file):
         np.testing.assert_allclose(x, [angle, rate])
 
 
+@pytest.mark.parametrize("steps", [1, 3])
+def test_it_goes_on_by_parts_of_a_sample(file, steps):
+    """Which the FMU takes only at the time where it is."""
+    late = rumo.Actuation({"torque": rumo.Actuator(dead_time=0.02, lag=0.03)})
+    theirs, ours = (
+        Scenario(pendulum(delay=0), each, [0.3, 0.0], {"angle": 0.1}, 0.5, actuation=late).run()
+        for each in (plant(file, steps=steps), rumo.Plant(pendulum().model, DT, 1e-12))
+    )
+    np.testing.assert_allclose(theirs["plant"], ours["plant"], atol=1e-8)
+
+
+def test_one_of_fixed_steps_goes_on_by_samples(tmp_path):
+    with zipfile.ZipFile(tmp_path / "fixed.fmu", "w") as packed:
+        fixed = description(2).replace(' canHandleVariableCommunicationStepSize="true"', "")
+        packed.writestr("modelDescription.xml", fixed)
+    late = rumo.Actuation({"torque": rumo.Actuator(lag=0.03)})
+    scenario = Scenario(
+        pendulum(delay=0), plant(tmp_path / "fixed.fmu"), [0.1, 0.0], {"angle": 0.1}, 0.5, actuation=late
+    )
+    with pytest.raises(rumo.ArgumentError, match="their pendulum, which goes on by whole samples"):
+        scenario.run()
+
+
 def test_a_start_in_another_unit_is_noticed(file):
     theirs = plant(file, states={"heading": Port("angle.degrees", "rad", np.pi / 180.0, start="angle")})
     with pytest.raises(rumo.ArgumentError, match=r"x\['heading'\]: got 0.2, expected 11.4592, where their pendulum"):
