@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import rumo
+from rumo.actuation import behind_actuators
 from rumo.textbook import cart_pendulum
-from rumo.vehicles import PASSENGER_CAR, rolling_bicycle
+from rumo.vehicles import PASSENGER_CAR, path_problem, rolling_bicycle
 
 
 def integrators():
@@ -107,6 +108,28 @@ def test_a_car_that_steers_late_is_predicted():
     exact = rumo.Plant(car, 0.5 - T).advance(before, u, p)
     np.testing.assert_allclose(predicted, exact, atol=2e-3)
     assert abs(exact[1]) > 0.2  # it has left the straight
+
+
+def test_constraints_can_be_about_what_actuators_do():
+    actuation = rumo.Actuation({"slow": rumo.Actuator(lag=0.1), "fast": rumo.Actuator(dead_time=0.0)})
+    model = integrators()
+    behind = rumo.with_actuators(model, actuation)
+    expression = behind_actuators(lambda x, u, p: x.a + 10.0 * u.slow + 100.0 * u.fast, actuation, model.inputs)
+    value = ca.Function("value", [behind.x, behind.u], [behind.written(expression, "test")])
+    assert float(value([1.0, 0.0, 3.0], [2.0, 7.0])) == pytest.approx(1.0 + 30.0 + 200.0)
+
+
+def test_path_problems_know_their_actuators():
+    late = rumo.Actuation(
+        {"torque": rumo.Actuator(dead_time=0.05), "steering_rate": rumo.Actuator(0.1, dead_time=0.07)}, 0.04
+    )
+    problem = path_problem(PASSENGER_CAR, actuation=late)
+    assert problem.delay == 2
+    plain = path_problem(PASSENGER_CAR)
+    assert plain.delay == 1
+    hidden = [name for name in problem.model.states if name not in plain.model.states]
+    assert hidden == ["steering_rate_late", "steering_rate_later", "steering_rate_lag"]
+    assert problem.constraint_names.names == plain.constraint_names.names
 
 
 def test_misuse():

@@ -40,16 +40,8 @@ def _in_a_folder_of_its_own(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "page",
     [
-        *(
-            "your-track",
-            "closed-loop",
-            "other-plants",
-            "references",
-            "step-it-yourself",
-            "extend-it",
-            "logs",
-            "vehicles",
-        ),
+        *("your-track", "closed-loop", "other-plants", "references", "step-it-yourself", "extend-it", "logs"),
+        *("vehicles", "the-estimator", "delays"),
         *(pytest.param(page, marks=pytest.mark.slow) for page in LONG),
     ],
 )

@@ -243,7 +243,7 @@ def test_monitors_find_delays(seconds, caplog):
         model,
         [0.0],
         Sine("angle", 0.0, 0.5, 2.0),
-        12.0,
+        20.0,
         sensors=rumo.Sensors({"angle": 0.005}),
         actuation=actuation,
         believed=rumo.Actuation(computation=DT),

@@ -11,7 +11,7 @@ from rumo.actuation.actuator import Actuation, Actuator
 from rumo.checks import checked
 from rumo.errors import ArgumentError
 from rumo.model import Algebraic, Expression, Model, Output, Parameter
-from rumo.signals import NamedSymbols
+from rumo.signals import NamedSymbols, Signals
 
 
 def with_actuators(model: Model, actuation: Actuation) -> Model:
@@ -31,8 +31,9 @@ def with_actuators(model: Model, actuation: Actuation) -> Model:
     Returns
     -------
     Model
-        With the same inputs, parameters, algebraic variables and outputs; `model` itself if no state is needed. Its own
-        outputs see what the actuators do; in constraints of a problem, `u` is the command.
+        With the same inputs, parameters, algebraic variables and outputs; `model` itself if no state is needed. Its
+        outputs see what the actuators do; in constraints of a problem `u` is the command, unless they are
+        `behind_actuators`.
 
     Raises
     ------
@@ -46,8 +47,7 @@ def with_actuators(model: Model, actuation: Actuation) -> Model:
     """
     checked(model, "model", Model)
     checked(actuation, "actuation", Actuation).check(model.inputs, "actuation")
-    shared = actuation.least_dead_time(model.inputs)
-    chains = {name: _Chain(name, actuation.of(name), shared) for name in model.inputs}
+    chains = _chains(actuation, model.inputs)
     added = {state: model.inputs.unit(name) for name, chain in chains.items() for state in chain.states}
     if not added:
         return model
@@ -81,6 +81,18 @@ def with_actuators(model: Model, actuation: Actuation) -> Model:
     )
 
 
+def behind_actuators(expression: Expression, actuation: Actuation, inputs: Signals) -> Expression:
+    """An expression `(x, u, p)` of a constraint, for a model `with_actuators`: its u is what these do."""
+    checked(actuation, "actuation", Actuation).check(inputs, "actuation")
+    chains = _chains(actuation, inputs)
+    return lambda x, u, p: expression(x, _Acting(chains, x, u), p)
+
+
+def _chains(actuation: Actuation, inputs: Signals) -> dict[str, _Chain]:
+    shared = actuation.least_dead_time(inputs)
+    return {name: _Chain(name, actuation.of(name), shared) for name in inputs}
+
+
 class _Chain:
     """States between the command of an input and the input: dead time beyond what is shared, then lag."""
 
@@ -110,6 +122,14 @@ class _Chain:
         return x[self._names[0]] - x[self._names[1]] / 3.0 if self._dead > 0.0 else command
 
 
+class _Acting(NamedSymbols):
+    """Inputs that are what actuators make of commands."""
+
+    def __init__(self, chains: Mapping[str, _Chain], x: NamedSymbols, u: NamedSymbols) -> None:
+        inputs = Signals(dict.fromkeys(chains, "1"), "inputs")
+        super().__init__(inputs, ca.vertcat(*(chain.output(x, u[name]) for name, chain in chains.items())))
+
+
 class _Inner:
     """Functions of a model, of the symbols of one that has its variables, and chains before its inputs."""
 
@@ -119,7 +139,8 @@ class _Inner:
     def rows(self, function: Any, x: NamedSymbols, u: NamedSymbols, p: NamedSymbols) -> Any:
         """A function of (xz, u, p)."""
         model = self._model
-        inputs = [self._chains[name].output(x, u[name]) for name in model.inputs]
+        acting = _Acting(self._chains, x, u)
+        inputs = [acting[name] for name in model.inputs]
         variables, parameters = [x[name] for name in model.variables], [p[name] for name in model.parameters]
         return function(*(ca.vertcat(ca.SX(0, 1), *part) for part in (variables, inputs, parameters)))
 

@@ -7,6 +7,7 @@ from rumo.estimation.delay import DelayMonitor
 from rumo.estimation.ekf import ExtendedKalman, ExtraState, OutlierGate
 from rumo.estimation.innovation import Innovation
 from rumo.estimation.mhe import MovingHorizon
+from rumo.estimation.prediction import Prediction
 from rumo.estimation.tuning import fit_process_noise
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "Innovation",
     "MovingHorizon",
     "OutlierGate",
+    "Prediction",
     "RunningEstimator",
     "Unfiltered",
     "consistency",

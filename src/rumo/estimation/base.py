@@ -47,7 +47,11 @@ class Estimate:
 
 @runtime_checkable
 class RunningEstimator(Protocol):
-    """An estimator with memory, beside the controller; asked once each sample."""
+    """An estimator with memory, beside the controller; asked once each sample.
+
+    One that predicts with inputs that begin to act within samples has an attribute `input_age`, which a loop sets to
+    the share of a sample that they need; others are told the mean input of each sample.
+    """
 
     def update(self, measured: Array, applied: Array, parameters: Array) -> Estimate:
         """Estimate of the state.
@@ -58,7 +62,7 @@ class RunningEstimator(Protocol):
             The signals that the estimator was started for; NaN where a measurement is missing. With NaN or infinity
             in it the memory must stay sound.
         applied : ndarray, shape (nu,)
-            Input held since the sample before.
+            Input held since the sample before, or from `input_age` after it on.
         parameters : ndarray, shape (np_,)
             Of the controller's model, since the sample before.
         """

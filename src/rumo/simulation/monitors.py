@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import logging
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
@@ -13,8 +15,6 @@ from rumo.estimation import DelayMonitor
 from rumo.signals import Array, NamedArray, Signals, read_only
 
 logger = logging.getLogger("rumo")
-INSISTS = 25
-"""Samples in a row at which a delay is not what is believed, until that is said."""
 
 
 @dataclass(frozen=True)
@@ -30,14 +30,16 @@ class DelayWatch:
     integral : bool
         The response is the integral of the input, as a steering angle is of its rate: such are compared without
         derivatives of noise, and to fractions of a sample.
-    window, longest, least_correlation
+    window : int
+        Samples that are compared; as many answers are judged together.
+    longest, least_correlation
         See `DelayMonitor`.
     """
 
     command: str
     response: str
     integral: bool = False
-    window: int = 100
+    window: int = 200
     longest: int = 20
     least_correlation: float = 0.7
 
@@ -99,7 +101,8 @@ class Monitors:
         """Begin a run, with an input (nu,) before it."""
         self._monitors = [watch.monitor(self._dt) for watch in self._watches.values()]
         self._command, self._sum = first, np.zeros(len(first))
-        self._wrong = dict.fromkeys(self._watches, 0)
+        self._recent = {name: deque[float](maxlen=watch.window) for name, watch in self._watches.items()}
+        self._said: set[str] = set()
 
     def update(self, time: float, command: Array | None, received: Array) -> NamedArray[float]:
         """Delays found [s], NaN where not known, from the command (nu,) and the measurements (m,) of a sample.
@@ -117,16 +120,21 @@ class Monitors:
         return NamedArray(self.signals, read_only(found))
 
     def _judge(self, name: str, watch: DelayWatch, time: float, found: float) -> None:
-        """Say once where a delay is off by more than a sample for long."""
-        expected = self.expected[name]
-        self._wrong[name] = self._wrong[name] + 1 if abs(found - expected) > self._dt else 0
-        if self._wrong[name] == INSISTS:
+        """Say once where the median of recent answers is off by more than a sample."""
+        expected, recent = self.expected[name], self._recent[name]
+        recent.append(found)
+        known = [value for value in recent if isfinite(value)]
+        if name in self._said or 2 * len(known) <= watch.window:
+            return
+        usual = float(np.median(known))
+        if abs(usual - expected) > self._dt:
+            self._said.add(name)
             logger.warning(
                 "%s: at %.2f s, %s follows the commands of %s by %.3f s, not by the %.3f s that are believed.",
                 name,
                 time,
                 watch.response,
                 watch.command,
-                found,
+                usual,
                 expected,
             )

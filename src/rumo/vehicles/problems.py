@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from rumo.actuation import Actuation, acting_inputs, behind_actuators, with_actuators
 from rumo.discretization import Radau2
 from rumo.errors import ArgumentError
 from rumo.grid import Grid
@@ -29,8 +32,9 @@ def path_problem(
     steering: Steering = STEERING_RATE,
     horizon: int | Grid | None = None,
     sampling_time: float = 0.04,
-    delay: int = 1,
+    delay: int | None = None,
     largest_slip: float = 2.0,
+    actuation: Actuation | None = None,
 ) -> Problem:
     """Follow a path at the speed that is wanted, by a bicycle that knows its place beside it.
 
@@ -50,10 +54,14 @@ def path_problem(
     horizon : int or Grid, optional
         See `Problem`; a few samples and 20 intervals of twice their length if not given: far enough to brake for what
         comes, and for the car to swing out.
-    sampling_time, delay
+    sampling_time
         See `Problem`.
+    delay : int, optional
+        See `Problem`; if not given, that of the actuation, or one sample.
     largest_slip : float
         See `slip_limits`.
+    actuation : Actuation, optional
+        Predicted `with_actuators`, which the observed model has to be made with too.
     """
     limits = car.limits
     angle, rate, push = (
@@ -75,10 +83,24 @@ def path_problem(
         bounds[turn] = (-angle, angle)
         moves[turn] = Weight(3.0, 1.2)
     scale = car.length / LONG
+    model = frenet_bicycle(car, tyre, drive=drive, steering=steering)
+    constraints = {
+        **friction_ellipses(car, tyre, drive=drive, steering=steering),
+        **slip_limits(car, drive=drive, steering=steering, largest=largest_slip),
+        **track_limits(car),
+    }
+    if actuation is not None:
+        inputs, acting = model.inputs, acting_inputs(actuation, model.inputs, sampling_time)
+        model, delay = with_actuators(model, actuation), acting.delay if delay is None else delay
+        constraints = {
+            name: replace(item, expression=behind_actuators(item.expression, actuation, inputs))
+            for name, item in constraints.items()
+        }
+    delay = 1 if delay is None else delay
     if horizon is None:
         horizon = Grid([sampling_time] * (delay + 3) + [2.0 * sampling_time] * 20)
     return Problem(
-        frenet_bicycle(car, tyre, drive=drive, steering=steering),
+        model,
         horizon=horizon,
         sampling_time=sampling_time,
         track={
@@ -91,11 +113,7 @@ def path_problem(
         move_bounds=None
         if isinstance(steering, SteeringRate)
         else {turn: (-rate * sampling_time, rate * sampling_time)},
-        constraints={
-            **friction_ellipses(car, tyre, drive=drive, steering=steering),
-            **slip_limits(car, drive=drive, steering=steering, largest=largest_slip),
-            **track_limits(car),
-        },
+        constraints=constraints,
         delay=delay,
         discretization=Radau2(),
     )
