@@ -54,8 +54,8 @@ def path_problem(
     horizon : int or Grid, optional
         See `Problem`; a few samples and 20 intervals of twice their length if not given: far enough to brake for what
         comes, and for the car to swing out.
-    sampling_time
-        See `Problem`.
+    sampling_time : float
+        See `Problem` [s].
     delay : int, optional
         See `Problem`; if not given, that of the actuation, or one sample.
     largest_slip : float
