@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import casadi as ca
 import numpy as np
@@ -24,6 +24,36 @@ def outputs_and_constraints(problem: Problem) -> ca.Function:
         unknown = ca.SX(ca.DM.nan(len(model.algebraic)))
         rows = [ca.substitute(row, model.z, unknown) for row in rows]
     return ca.Function("now", [model.x, model.u, model.p], rows)
+
+
+def completed(problem: Problem, columns: Mapping[str, Array], numbers: Sequence[ProblemNumbers]) -> dict[str, Array]:
+    """Outputs and constraints along a run, from states and the inputs before them.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of the controller.
+    columns : mapping of str to ndarray
+        What was recorded, by the names of a log.
+    numbers : sequence of ProblemNumbers
+        Of each sample.
+    """
+    evaluate = outputs_and_constraints(problem)
+    parameters = columns["parameters"][:, 0].T
+    estimated, _ = evaluate(columns["estimated"].T, _before(columns["applied"]), parameters)
+    done = columns.get("actuated", columns["applied"])
+    computed, constraints = evaluate(columns["true_states"].T, _before(done), parameters)
+    true = columns["true_outputs"]
+    return {
+        "estimated_outputs": estimated.full().T,
+        "true_constraints": constraints.full().T - np.array([now.limits[0] for now in numbers]),
+        "true_outputs": np.where(np.isnan(true), computed.full().T, true),
+    }
+
+
+def _before(inputs: Array) -> Array:
+    """Inputs of the sample before each (nu, K)."""
+    return np.vstack([np.full((1, inputs.shape[1]), np.nan), inputs[:-1]]).T
 
 
 def limits_at(problem: Problem, numbers: Sequence[ProblemNumbers]) -> dict[str, tuple[Array, Array]]:

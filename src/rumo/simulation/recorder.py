@@ -16,10 +16,10 @@ from rumo.interrupts import interruptible
 from rumo.model import Model
 from rumo.plan import Plan
 from rumo.signals import Array, NamedArray, Signals, Values
-from rumo.simulation.computed import limits_at, outputs_and_constraints
+from rumo.simulation.computed import completed, limits_at
 from rumo.simulation.foreign import ForeignPlant, PlantLike, as_plant
 from rumo.simulation.plant import Plant
-from rumo.simulation.rows import of_innovation, of_plan
+from rumo.simulation.rows import of_health, of_innovation, of_plan
 from rumo.simulation.sample import Sample
 from rumo.simulation.variables import (
     ACTUATED,
@@ -166,7 +166,7 @@ class Recorder:
         row["nis"] = others.pop("nis", None)
         for name, values in others.items():
             row[name] = self._vector(signals[self._variables[name][0][-1]], values, name)
-        row |= of_plan(plan) | dict(zip(("health", "symptom"), self._symptoms(plan), strict=True))
+        row |= of_plan(plan) | of_health(plan, self._signals["state"])
         for name, (dims, _) in self._variables.items():
             if name not in TEXTS:
                 row[name] = self._copied(name, dims, row.get(name))
@@ -219,8 +219,10 @@ class Recorder:
             for name, (dims, _) in self._variables.items()
         }
         with interruptible():
-            self._complete(columns)
-            limits = limits_at(problem, [row["numbers"] for row in self._rows])
+            numbers = [row["numbers"] for row in self._rows]
+            if self._rows:
+                columns |= completed(problem, columns, numbers)
+            limits = limits_at(problem, numbers)
         data: dict[str, Any] = {}
         for name, (dims, meaning) in self._variables.items():
             attributes = {"long_name": meaning}
@@ -254,30 +256,6 @@ class Recorder:
             "rumo_version": __version__,
         }
         return xr.Dataset(data, coordinates, attributes)
-
-    def _complete(self, columns: dict[str, Array]) -> None:
-        """Outputs and constraints along the run, from states and the inputs before them."""
-        if not self._rows:
-            return
-        evaluate = outputs_and_constraints(self._controller.problem)
-        applied = columns["applied"]
-        before = np.vstack([np.full((1, applied.shape[1]), np.nan), applied[:-1]]).T
-        parameters = columns["parameters"][:, 0].T
-        estimated, _ = evaluate(columns["estimated"].T, before, parameters)
-        computed, constraints = evaluate(columns["true_states"].T, before, parameters)
-        columns["estimated_outputs"] = estimated.full().T
-        columns["true_constraints"] = constraints.full().T - np.array([row["numbers"].limits[0] for row in self._rows])
-        true = columns["true_outputs"]
-        columns["true_outputs"] = np.where(np.isnan(true), computed.full().T, true)
-
-    def _symptoms(self, plan: Plan | None) -> tuple[Array, list[str]]:
-        """Sizes of the symptoms of readings (nx,), 0 where there is none, and what they are (nx,)."""
-        states = self._signals["state"]
-        sizes, kinds = np.full(len(states), np.nan if plan is None else 0.0), [""] * len(states)
-        for symptom in plan.health if plan else ():
-            i = states.index(symptom.state)
-            sizes[i], kinds[i] = symptom.size, symptom.kind
-        return sizes, kinds
 
     def _wanted(self, reference: ReferenceWindow | None) -> Array:
         """Wanted outputs now (ny,)."""

@@ -9,6 +9,7 @@ import numpy as np
 from rumo.checks import checked
 from rumo.estimation import Innovation
 from rumo.plan import Plan
+from rumo.signals import Signals
 from rumo.simulation.variables import SKIPPED, TIMES
 
 
@@ -30,6 +31,15 @@ def of_plan(plan: Plan | None) -> dict[str, Any]:
         "step_time": plan.timings.total,
         "waited_time": plan.timings.waited,
     }
+
+
+def of_health(plan: Plan | None, states: Signals) -> dict[str, Any]:
+    """Sizes of the symptoms of readings (nx,), 0 where there is none, and what they are (nx,)."""
+    sizes, kinds = np.full(len(states), np.nan if plan is None else 0.0), [""] * len(states)
+    for symptom in plan.health if plan else ():
+        i = states.index(symptom.state)
+        sizes[i], kinds[i] = symptom.size, symptom.kind
+    return {"health": sizes, "symptom": kinds}
 
 
 def of_innovation(innovation: object) -> dict[str, Any]:
