@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from rumo.discretization import Radau2
 from rumo.environment.driving import DrivingEnvironment
 from rumo.references import TRACKS, PathTracking, SpeedLimits, speed_profile
 from rumo.simulation import Scenario
@@ -40,7 +39,6 @@ def drive_club(
         dict.fromkeys(plant.states, 0.0) | motion | wheels,
         PathTracking(road.path, profile),
         duration,
-        discretization=Radau2(),
         backend="portable",  # nobody who learns waits for a compiler
         observed=rolling_bicycle(car, drive=drive),
     )

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from math import pi
-
-import numpy as np
-
 from rumo.references import PathTracking
 from rumo.signals import NamedArray
 
@@ -38,7 +34,4 @@ class Place:
     def beside(self, x: NamedArray[float], s: float) -> tuple[float, float]:
         """Distance to the left of the path at s [m], and angle from its heading, within half a turn [rad]."""
         there = self._path.at(s)
-        dx, dy = (x[name] - float(point) for name, point in zip(self._names, (there.x, there.y), strict=True))
-        heading = float(there.heading)
-        n = np.cos(heading) * dy - np.sin(heading) * dx
-        return float(n), float((x["psi"] - heading + pi) % (2.0 * pi) - pi)
+        return float(there.left(*self.position(x))), float(there.turned(x["psi"]))

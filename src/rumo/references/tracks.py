@@ -60,9 +60,7 @@ class Track:
 
     def __init__(self, path: Path, width_left: Width, width_right: Width, name: str = "") -> None:
         self.path, self.name = checked(path, "path", Path), printable(name, "name")
-        self._left, self._right = (
-            _checked(width, path, f"width_{side}") for width, side in ((width_left, "left"), (width_right, "right"))
-        )
+        self._widths = _checked(width_left, path, "width_left"), _checked(width_right, path, "width_right")
         left, right = self.limits(path.nodes[:-1] if path.closed else path.nodes)
         if not (left + right > 0.0).all():
             place = path.nodes[int(np.argmin(left + right))]
@@ -73,12 +71,17 @@ class Track:
     def limits(self, s: ArrayLike) -> tuple[Array, Array]:
         """Widths to the left and to the right at arc lengths [m], each of their shape."""
         s = np.asarray(s, dtype=float)
-        return self._width(self._left, s), self._width(self._right, s)
+        return self.width(0, s), self.width(1, s)
 
     def edges(self, s: ArrayLike) -> tuple[Array, Array]:
         """Points (n, 2) of the left and the right edge beside the path's at arc lengths (n,) [m]."""
         left, right = self.limits(s)
         return self.path.offset(s, left), self.path.offset(s, -right)
+
+    def clearance(self, s: ArrayLike, x: Array | float, y: Array | float) -> Array:
+        """From positions x, y to the nearer edge beside the path's points at arc lengths s [m]; negative beyond it."""
+        beside, (left, right) = self.path.at(s).left(x, y), self.limits(s)
+        return np.minimum(left - beside, right + beside)
 
     def room(self, vehicle: Bodied) -> dict[str, Callable[[Array], Array]]:
         """Widths to the left and to the right beside the front and the rear of a vehicle, by the place of its centre.
@@ -120,7 +123,9 @@ class Track:
         period = line.length if line.closed else None
         return Track(line, _Sampled(s, left, period), _Sampled(s, right, period), self.name)
 
-    def _width(self, width: Array | Callable[[Array], ArrayLike], s: Array) -> Array:
+    def width(self, side: int, s: Array) -> Array:
+        """Width to the left, side 0, or to the right, side 1, at arc lengths, of their shape [m]."""
+        width = self._widths[side]
         if callable(width):
             values = as_numbers(width(s), "width(s)")
             if values.shape not in ((), s.shape) or not np.isfinite(values).all():
@@ -143,7 +148,7 @@ class _Room:
     side: int
 
     def __call__(self, s: Array) -> Array:
-        return self.track.limits(s[:, None] + self.ahead)[self.side].min(axis=1)
+        return self.track.width(self.side, s[:, None] + self.ahead).min(axis=1)
 
 
 @dataclass(frozen=True, eq=False)

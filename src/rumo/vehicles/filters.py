@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from rumo.checks import checked, positive_number
 from rumo.discretization import Radau2
 from rumo.estimation import ExtendedKalman
 from rumo.vehicles.commands import REAR_TORQUE, STEERING_RATE, Steering, check_commands
 from rumo.vehicles.parameters import GRAVITY, VehicleParameters
-from rumo.vehicles.problems import USUAL
+from rumo.vehicles.problems import usual_limits
 
 ALONG, ACROSS, TURNING, STEERED = 0.03, 0.055, 0.044, 0.01
 """Standard deviations of what `rolling_bicycle` misses: shares of the accelerations that full friction gives, along the
@@ -60,6 +58,6 @@ def car_filter(
     turning = grip * car.m * car.l_f * car.l_r / (car.wheelbase * car.I)
     v_x, v_y, omega = ALONG * grip * dt, ACROSS * grip * dt, TURNING * turning * dt
     process = {"p_x": v_y * dt, "p_y": v_y * dt, "psi": omega * dt, "v_x": v_x, "v_y": v_y, "omega": omega}
-    rate = USUAL[1] if car.limits.steering_rate == np.inf else car.limits.steering_rate
+    _, rate, _ = usual_limits(car)
     process |= dict.fromkeys(steering.states, STEERED * rate * dt)
     return ExtendedKalman(noise, process, discretization=Radau2())

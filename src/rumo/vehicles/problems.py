@@ -24,6 +24,16 @@ LONG = 4.5
 """Length [m] of the car that weights are for; others are as close to their path for their size."""
 
 
+def usual_limits(car: VehicleParameters) -> tuple[float, float, float]:
+    """Steering angle [rad], its rate [rad/s] and acceleration [m/s^2] of a car, usual ones where it says nothing."""
+    limits = car.limits
+    angle, rate, push = (
+        usual if limit == np.inf else limit
+        for limit, usual in zip((limits.steering_angle, limits.steering_rate, limits.acceleration), USUAL, strict=True)
+    )
+    return angle, rate, push
+
+
 def path_problem(
     car: VehicleParameters,
     tyre: Tyre = TYRE,
@@ -63,12 +73,8 @@ def path_problem(
     actuation : Actuation, optional
         Predicted `with_actuators`, which the observed model has to be made with too.
     """
-    limits = car.limits
-    angle, rate, push = (
-        usual if limit == np.inf else limit
-        for limit, usual in zip((limits.steering_angle, limits.steering_rate, limits.acceleration), USUAL, strict=True)
-    )
-    brake = push if limits.braking == np.inf else limits.braking
+    angle, rate, push = usual_limits(car)
+    brake = push if car.limits.braking == np.inf else car.limits.braking
     if isinstance(drive, Acceleration):
         unit = 1.0
     elif isinstance(drive, RearTorque):

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rumo.actuation.timing import in_samples
 from rumo.checks import finite_number
 from rumo.errors import ArgumentError
 from rumo.estimation.base import Estimate
@@ -15,9 +16,6 @@ from rumo.estimation.ekf.augmented import AugmentedModel
 from rumo.estimation.ekf.engine import FilterEngine, FilterNumbers
 from rumo.estimation.innovation import Innovation
 from rumo.signals import Array
-
-SAME_TIME = 1e-6
-"""Share of a sample by which two measurements may be apart and are still taken together."""
 
 LOG_TWO_PI = float(np.log(2.0 * np.pi))
 
@@ -124,13 +122,12 @@ class RunningExtendedKalman:
         self._parts, self._numbers, late = parts, parts.numbers, parts.late
         self._model, self._engine, self._first = parts.model, parts.engine, parts.first
         self._states = len(parts.states)
-        self._whole = np.floor(late + SAME_TIME).astype(int)
-        ends = 1.0 - np.maximum(late - self._whole, 0.0)
-        ends[ends > 1.0 - SAME_TIME] = 1.0
-        self._ends, self._input_age = ends, 0.0
+        parted = [in_samples(samples) for samples in late.tolist()]
+        self._whole = np.array([whole for whole, _ in parted], dtype=int)
+        self._ends, self._input_age = np.array([1.0 - share for _, share in parted]), 0.0
         self._stop()
         self._oldest = int(self._whole.max(initial=0))
-        self._prompt = (self._whole == 0) & (ends == 1.0)
+        self._prompt = (self._whole == 0) & (self._ends == 1.0)
         self._seen = self._first.x
         self._belief: Array | None = None
         self._applied: Array | None = None

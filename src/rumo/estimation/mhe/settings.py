@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rumo.actuation.timing import SAME_TIME
 from rumo.checks import as_mapping, as_numbers, checked, positive_number, whole_number
 from rumo.discretization import Discretization
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.estimation.ekf import ExtendedKalman
-from rumo.estimation.ekf.running import SAME_TIME, FilterParts
+from rumo.estimation.ekf.running import FilterParts
 from rumo.estimation.mhe.running import RunningMovingHorizon
 from rumo.problem import Problem
 from rumo.signals import Array

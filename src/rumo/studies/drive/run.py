@@ -102,6 +102,5 @@ class _Watch:
         """How far a place is beyond the nearer edge of the track [m]."""
         path = self._run.track.path
         s = self._s if path is self._run.path else path.nearest(x, y, self._s - 2.0 * WINDOW, self._s + 2.0 * WINDOW)
-        left, right = self._run.track.limits(s)
-        beside = float(path.at(s).left(x, y))
-        return max(beside - float(left), -beside - float(right)) if isfinite(beside) else np.inf
+        clearance = float(self._run.track.clearance(s, x, y))
+        return -clearance if isfinite(clearance) else np.inf

@@ -133,10 +133,9 @@ class DriveSetting:
         )
 
     def _path_tracking(self, problem: Problem) -> PathTracking:
-        track, known = self.track, problem.model.parameters
-        car = self.driven.car
+        track, car = self.track, self.driven.car
         room: dict[str, Callable[[Array], Array]] = {}
-        if track is not None and any(name in known for name in ROOM):
+        if track is not None and {*ROOM} <= {*problem.model.parameters}:
             about = track if track.path is self.path else track.about(self.path, min(1.0, 0.25 * car.length))
-            room = {name: width for name, width in about.room(car).items() if name in known}
+            room = about.room(car)
         return PathTracking(self.path, self.profile, vehicle=car, begin=self.begin, parameters=room)

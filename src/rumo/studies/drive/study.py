@@ -115,8 +115,12 @@ class Drive(Study):
         """The plant."""
         return driven_car(self.plant, self._vehicle(), SAMPLING_TIME)
 
+    @property
+    def _named(self) -> str | FilePath:
+        return usual_vehicle(self.plant) if self.vehicle is None else self.vehicle
+
     def _vehicle(self) -> VehicleParameters:
-        name = usual_vehicle(self.plant) if self.vehicle is None else self.vehicle
+        name = self._named
         if name in VEHICLES:
             return VEHICLES[str(name)]
         path = FilePath(name)
@@ -197,8 +201,7 @@ class Drive(Study):
     @property
     def car_name(self) -> str:
         """The vehicle's, for readers."""
-        name = usual_vehicle(self.plant) if self.vehicle is None else self.vehicle
-        return str(name) if name in VEHICLES else FilePath(name).stem
+        return str(self._named) if self._named in VEHICLES else FilePath(self._named).stem
 
     def report(self, results: Mapping[str, xr.Dataset]) -> Report:
         """How the car drove, in tables and figures."""

@@ -106,8 +106,7 @@ class Driven:
             at_y = y + forward * np.sin(psi) + left * np.cos(psi)
             every = zip(at_x.tolist(), at_y.tolist(), progress.tolist(), strict=True)
             s = np.array([path.nearest(at[0], at[1], at[2] - reach, at[2] + reach) for at in every])
-            beside, (edge_left, edge_right) = path.at(s).left(at_x, at_y), self.track.limits(s)
-            found = np.minimum(found, np.minimum(edge_left - beside, edge_right + beside))
+            found = np.minimum(found, self.track.clearance(s, at_x, at_y))
         return found
 
     @cached_property
