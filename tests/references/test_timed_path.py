@@ -36,6 +36,28 @@ def test_signals_belong_together(reverse):
     assert reference.time_at(100.0) == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.parametrize("reverse", [False, True])
+def test_a_rear_axle_has_no_sideslip(reverse):
+    profile = speed_profile(CLUB, LIMITS)
+    path = TimedPath(CLUB, profile, PASSENGER_CAR, (*ALL, "v_y", "delta"), reverse=reverse, rear_axle=True)
+    times = np.linspace(0.0, profile.duration, 1013)
+    step, here = 1e-5, path(times)
+    before, after = path(times - step), path(times + step)
+    rate = {name: (after[name] - before[name]) / (2.0 * step) for name in ("p_x", "p_y", "psi")}
+    cos, sin = np.cos(here["psi"]), np.sin(here["psi"])
+    # Of the centre of gravity along the car and across it; of the axle behind it there is nothing across.
+    np.testing.assert_allclose(rate["p_x"] * cos + rate["p_y"] * sin, here["v_x"], atol=1e-3)
+    np.testing.assert_allclose(rate["p_y"] * cos - rate["p_x"] * sin, here["v_y"], atol=1e-3)
+    np.testing.assert_allclose(here["v_y"] - PASSENGER_CAR.l_r * rate["psi"], 0.0, atol=1e-3)
+    np.testing.assert_allclose(rate["psi"], here["omega"], atol=1e-3)
+    np.testing.assert_allclose(np.tan(here["delta"]) * here["v_x"], PASSENGER_CAR.wheelbase * here["omega"], atol=1e-9)
+    np.testing.assert_allclose(rate["p_x"], here["speed"] * np.cos(here["course"]), atol=1e-3)
+    np.testing.assert_allclose(rate["p_y"], here["speed"] * np.sin(here["course"]), atol=1e-3)
+    axle = here["p_x"] - PASSENGER_CAR.l_r * cos, here["p_y"] - PASSENGER_CAR.l_r * sin
+    points = CLUB.at(profile.at_time(times)[0])
+    np.testing.assert_allclose(axle, [points.x, points.y], atol=1e-9)
+
+
 def test_stop_and_go():
     reference = stop_and_go(stops=3, distance=60.0, pause=3.0)
     times = np.linspace(0.0, reference.duration, 5001)
@@ -89,6 +111,11 @@ MOVING = SpeedProfile((0.0, 50.0), (5.0, 5.0))
             "pauses: got .*, expected none on a flying",
         ),
         (lambda: TimedPath(STRAIGHT, MOVING, outputs=("w_f",)), "outputs: got 'w_f'.*vehicle"),
+        (lambda: TimedPath(STRAIGHT, MOVING, rear_axle=True), "vehicle: got None, expected one that knows .* l_r"),
+        (
+            lambda: TimedPath(STRAIGHT, MOVING, PASSENGER_CAR, ("n",), rear_axle=True),
+            "outputs: got 'n', expected one of",
+        ),
         (lambda: TimedPath(STRAIGHT, MOVING, begin=np.nan), "begin: got nan, expected a finite number"),
         (lambda: Legs(()), r"legs: got \(\), expected some of"),
         (lambda: Legs((TimedPath(STRAIGHT, MOVING), MOVING)), r"legs\[1\]: got .*, expected a rumo.TimedPath"),

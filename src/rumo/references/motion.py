@@ -33,6 +33,15 @@ class Rolling(Protocol):
         ...
 
 
+class Axled(Rolling, Protocol):
+    """One that knows how far its centre of gravity is before its rear axle."""
+
+    @property
+    def l_r(self) -> float:
+        """[m]."""
+        ...
+
+
 def check_vehicle(vehicle: Rolling | None) -> None:
     """Raise for what is no vehicle."""
     if vehicle is not None and (isinstance(vehicle, type) or not hasattr(vehicle, "rolling")):
@@ -49,20 +58,20 @@ def state_signals(vehicle: Rolling | None) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*STATES, *_further(vehicle))))
 
 
-def wanted_signals(problem: Problem, vehicle: Rolling | None) -> tuple[str, ...]:
-    """Names of those that a problem tracks, or that its model has as states or outputs."""
+def wanted_signals(problem: Problem, known: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of those known that a problem tracks, or that its model has as states or outputs."""
     model = problem.model
     wanted = {*problem.outputs, *model.states, *model.outputs}
-    return tuple(name for name in known_signals(vehicle) if name in wanted)
+    return tuple(name for name in known if name in wanted)
 
 
 def _further(vehicle: Rolling | None) -> tuple[str, ...]:
     return () if vehicle is None else tuple(vehicle.rolling(np.ones(1), np.zeros(1)))
 
 
-def checked_outputs(outputs: object, vehicle: Rolling | None) -> tuple[str, ...]:
-    """Names of signals, all of which `motion` gives."""
-    names, known = as_names(outputs, "outputs"), known_signals(vehicle)
+def checked_outputs(outputs: object, known: tuple[str, ...], vehicle: Rolling | None) -> tuple[str, ...]:
+    """Names of signals, all of which are known."""
+    names = as_names(outputs, "outputs")
     for name in names:
         if name not in known:
             cure = "" if vehicle is not None else "Further states of a car come with vehicle=..."
@@ -100,3 +109,32 @@ def motion(
         "velocity_across": nothing,
     }
     return signals if vehicle is None else signals | dict(vehicle.rolling(ahead, bend))
+
+
+def axle_signals(vehicle: Rolling | None) -> tuple[str, ...]:
+    """Names of all that `axle_motion` gives."""
+    return tuple(name for name in known_signals(vehicle) if name not in BESIDE)
+
+
+def axle_motion(points: PathPoints, speed: Array, vehicle: Axled, reverse: bool = False) -> dict[str, Array]:
+    """Signals (n,) of a car whose rear axle's middle is at points of a path, at speeds (n,) [m/s], without slip.
+
+    The axle has no sideslip, so the car points along the tangent, or backwards; its centre of gravity is `l_r` before
+    the axle, and moves aside while the car turns. Exact for any curvature.
+    """
+    ahead, bend, psi = speed, points.curvature, points.heading
+    if reverse:
+        ahead, bend, psi = -speed, -bend, psi + np.pi
+    cos, sin, aside = np.cos(psi), np.sin(psi), vehicle.l_r * bend
+    return {
+        "p_x": points.x + vehicle.l_r * cos,
+        "p_y": points.y + vehicle.l_r * sin,
+        "psi": psi,
+        "course": points.heading + np.arctan(aside),
+        "speed": speed * np.hypot(1.0, aside),
+        "v_x": ahead,
+        "omega": ahead * bend,
+        "velocity_x": ahead * (cos - aside * sin),
+        "velocity_y": ahead * (sin + aside * cos),
+        **vehicle.rolling(ahead, bend),
+    }

@@ -87,7 +87,9 @@ class PathTracking:
         check_on(checked(self.path, "path", Path), checked(self.profile, "profile", SpeedProfile))
         check_vehicle(self.vehicle)
         if self.outputs is not None:
-            object.__setattr__(self, "outputs", checked_outputs(self.outputs, self.vehicle))
+            object.__setattr__(
+                self, "outputs", checked_outputs(self.outputs, known_signals(self.vehicle), self.vehicle)
+            )
         for name, function in as_mapping(self.parameters, "parameters").items():
             if not callable(function):
                 raise ArgumentError(f"parameters[{name!r}]", repr(function), "a function of arc lengths (n,) [m]")
@@ -131,7 +133,7 @@ class RunningPathTracking:
                 self._parameters[name] = of_place
         self._names = settings.outputs
         if self._names is None and problem is not None:
-            self._names = wanted_signals(problem, settings.vehicle)
+            self._names = wanted_signals(problem, known_signals(settings.vehicle))
         self._signals: Signals | None = None
         self._known = known_signals(settings.vehicle)
         self._now = self._speed = 0.0

@@ -4,14 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from rumo.checks import as_list, as_mapping, checked, finite_number, positive_number
 from rumo.errors import ArgumentError
 from rumo.references.base import OfTime
-from rumo.references.motion import Rolling, check_vehicle, checked_outputs, motion, state_signals, wanted_signals
+from rumo.references.motion import (
+    Axled,
+    Rolling,
+    axle_motion,
+    axle_signals,
+    check_vehicle,
+    checked_outputs,
+    known_signals,
+    motion,
+    state_signals,
+    wanted_signals,
+)
 from rumo.references.paths import Path
 from rumo.references.speed_profile import SpeedProfile
 from rumo.signals import Array
@@ -47,6 +58,9 @@ class TimedPath(OfTime):
         The vehicle drives the path backwards foremost: psi is the course and half a turn, v_x is negative.
     begin : float
         Arc length at which it is at time 0 [m].
+    rear_axle : bool
+        The path is that of the rear axle's middle, and not of the centre of gravity: in tight bends at walking speed a
+        car can follow that exactly, forwards and in reverse. It needs a vehicle with `l_r`.
     """
 
     path: Path
@@ -56,6 +70,7 @@ class TimedPath(OfTime):
     pauses: Mapping[float, float] = field(default_factory=dict[float, float])
     reverse: bool = False
     begin: float = 0.0
+    rear_axle: bool = False
     _waits: tuple[tuple[float, float], ...] = field(init=False, repr=False)
     _names: tuple[str, ...] = field(init=False, repr=False)
     _first: float = field(init=False, repr=False)
@@ -64,8 +79,15 @@ class TimedPath(OfTime):
         profile = checked(self.profile, "profile", SpeedProfile)
         check_on(checked(self.path, "path", Path), profile)
         check_vehicle(self.vehicle)
+        if self.rear_axle and not hasattr(self.vehicle, "l_r"):
+            expected = "one that knows how far its centre of gravity is before its rear axle, l_r"
+            raise ArgumentError("vehicle", repr(self.vehicle), expected, "Write rumo.vehicles.PASSENGER_CAR.")
         finite_number(self.begin, "begin")
-        names = state_signals(self.vehicle) if self.outputs is None else checked_outputs(self.outputs, self.vehicle)
+        names = (
+            state_signals(self.vehicle)
+            if self.outputs is None
+            else checked_outputs(self.outputs, self._known, self.vehicle)
+        )
         object.__setattr__(self, "_names", names)
         pauses = as_mapping(self.pauses, "pauses")
         if pauses and profile.closed:
@@ -82,6 +104,10 @@ class TimedPath(OfTime):
         object.__setattr__(self, "_first", self._moving_to_clock(float(profile.time_at(self.begin))))
 
     @property
+    def _known(self) -> tuple[str, ...]:
+        return axle_signals(self.vehicle) if self.rear_axle else known_signals(self.vehicle)
+
+    @property
     def duration(self) -> float:
         """From the profile's first station to its last, pauses included [s]."""
         return self.profile.duration + sum(seconds for _, seconds in self._waits)
@@ -92,7 +118,7 @@ class TimedPath(OfTime):
 
     def start(self, problem: Problem) -> TimedPath:
         """The same with the signals that a problem knows, if none are named."""
-        return self if self.outputs is not None else replace(self, outputs=wanted_signals(problem, self.vehicle))
+        return self if self.outputs is not None else replace(self, outputs=wanted_signals(problem, self._known))
 
     def __call__(self, t: Array) -> dict[str, Array]:
         """Signals at times t (n,) [s]."""
@@ -104,7 +130,11 @@ class TimedPath(OfTime):
         s, speed, _ = self.profile.at_time(moving)
         for at, _ in self._waits:
             speed = np.where(moving == at, 0.0, speed)
-        signals = motion(s, self.path.at(s), speed, self.vehicle, self.reverse)
+        points = self.path.at(s)
+        if self.rear_axle:
+            signals = axle_motion(points, speed, cast("Axled", self.vehicle), self.reverse)
+        else:
+            signals = motion(s, points, speed, self.vehicle, self.reverse)
         return {name: signals[name] for name in self._names}
 
     def _moving_to_clock(self, moving: float) -> float:

@@ -8,7 +8,7 @@ from rumo.vehicles.filters import car_filter
 from rumo.vehicles.four_wheel import four_wheel
 from rumo.vehicles.limits import VehicleLimits
 from rumo.vehicles.parameters import TyreParameters, VehicleParameters
-from rumo.vehicles.problems import path_problem
+from rumo.vehicles.problems import path_problem, trajectory_problem
 from rumo.vehicles.rolling_bicycle import frenet_bicycle, friction_ellipses, rolling_bicycle, slip_limits, track_limits
 from rumo.vehicles.sets import (
     COMMONROAD_1,
@@ -57,4 +57,5 @@ __all__ = [
     "rolling_bicycle",
     "slip_limits",
     "track_limits",
+    "trajectory_problem",
 ]

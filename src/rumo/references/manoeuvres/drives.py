@@ -98,7 +98,7 @@ def reverse_parking(
     limits : SpeedLimits
         Of both.
     vehicle : VehicleParameters, optional
-        See `TimedPath`.
+        Whose rear axle drives the path, see `TimedPath`; the path is that of the centre of gravity without.
     """
     wait = non_negative_number(pause, "pause")
     past = straight(3.0 * radius)
@@ -110,6 +110,6 @@ def reverse_parking(
     def leg(path: Path, reverse: bool) -> TimedPath:
         profile = speed_profile(path, limits, start=0.0, end=0.0, spacing=0.05)
         pauses = dict.fromkeys((0.0, *((path.length,) if reverse else ())), wait) if wait else {}
-        return TimedPath(path, profile, vehicle, pauses=pauses, reverse=reverse)
+        return TimedPath(path, profile, vehicle, pauses=pauses, reverse=reverse, rear_axle=vehicle is not None)
 
     return Legs((leg(past, False), leg(back, True)))
