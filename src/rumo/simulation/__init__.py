@@ -7,6 +7,7 @@ from rumo.simulation.log import load, save
 from rumo.simulation.loop import ClosedLoop
 from rumo.simulation.moment import Moment
 from rumo.simulation.monitors import DelayWatch
+from rumo.simulation.place import ByPlace, DisturbanceByState
 from rumo.simulation.plant import Plant
 from rumo.simulation.recorder import Recorder
 from rumo.simulation.sample import Sample
@@ -15,10 +16,12 @@ from rumo.simulation.sensors import Sensors
 from rumo.simulation.wind import Constant, Disturbance, Gust, OrnsteinUhlenbeck, RandomWalk
 
 __all__ = [
+    "ByPlace",
     "ClosedLoop",
     "Constant",
     "DelayWatch",
     "Disturbance",
+    "DisturbanceByState",
     "Gust",
     "Interrupted",
     "Moment",

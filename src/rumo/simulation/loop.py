@@ -26,6 +26,7 @@ from rumo.signals import Array, NamedArray, read_only
 from rumo.simulation.actuated import ActuatedInputs, mean_input
 from rumo.simulation.actuators import Actuators
 from rumo.simulation.compensation import Compensation
+from rumo.simulation.disturbances import Disturbances
 from rumo.simulation.driven import DrivenPlant
 from rumo.simulation.faults import Fault
 from rumo.simulation.foreign import as_plant
@@ -36,7 +37,6 @@ from rumo.simulation.observation import Observation
 from rumo.simulation.previews import PreviewedParameters, first_of, previewed
 from rumo.simulation.sample import Sample
 from rumo.simulation.sensors import RunningSensors, known_observer, require_same_units
-from rumo.simulation.wind import sampled
 
 if TYPE_CHECKING:
     from rumo.simulation.scenario import Scenario
@@ -144,7 +144,7 @@ class ClosedLoop:
         reference, observation = start_reference(as_reference(scenario.reference), problem), self._observation
         seen, model, times = self.observed, problem.model, problem.sampling_time * np.arange(len(self))
         faults = [(fault, fault.samples(problem.sampling_time)) for fault in scenario.faults]
-        disturbance, sensors = self._random()
+        disturbances, sensors = self._random()
         with interruptible():
             scheme = controller.transcription.discretization
             observing = observation.problem
@@ -167,7 +167,8 @@ class ClosedLoop:
             # What others may change is a copy; what is kept cannot be written to.
             for k, t in enumerate(times.tolist()):
                 bad = [(fault, k - samples.start) for fault, samples in faults if k in samples]
-                given = self._disturbed(disturbance[k], bad)
+                disturbance = disturbances.at(k, state)
+                given = self._disturbed(disturbance, bad)
                 measured = received = read_only(sensors.read(k, state, held, given))
                 readings.append(measured)
                 for fault, before in bad:
@@ -234,7 +235,7 @@ class ClosedLoop:
                     true=true,
                 )
                 try:
-                    state = self._driven.advance(k, state, held, pieces, given, disturbance[k], sensors)
+                    state = self._driven.advance(k, state, held, pieces, given, disturbance, sensors)
                 except PlantError as error:
                     raise PlantError(f"At t = {t:g} s: {error}") from None
                 if _RUNS.get(controller) is not run:
@@ -251,14 +252,16 @@ class ClosedLoop:
             given = self.plant.parameters.finite_vector(said, f"{type(fault).__name__}.disturb()")
         return read_only(given)
 
-    def _random(self) -> tuple[Array, RunningSensors]:
-        """Parameters of the plant at each sample (K, np_), and sensors with their noise: all that the seed decides."""
-        scenario, plant, problem = self.scenario, self.plant, self.controller.problem
+    def _random(self) -> tuple[Disturbances, RunningSensors]:
+        """Disturbances of the plant, and sensors with their noise: all that the seed decides."""
+        scenario, plant, dt = self.scenario, self.plant, self.controller.problem.sampling_time
         wind, noise = np.random.default_rng(scenario.seed).spawn(2)
-        times = problem.sampling_time * np.arange(len(self))
-        disturbance = np.tile(plant.default_parameters, (len(self), 1))
-        for name, source in scenario.disturbances.items():
-            disturbance[:, plant.parameters.index(name)] = sampled(
-                source, f"disturbances[{name!r}]", times.copy(), wind
-            )
-        return read_only(disturbance), scenario.sensors.start(plant, self.measured, len(self), noise)
+        disturbances = Disturbances(
+            scenario.disturbances,
+            plant.default_parameters,
+            plant.parameters,
+            plant.states,
+            dt * np.arange(len(self)),
+            wind,
+        )
+        return disturbances, scenario.sensors.start(plant, self.measured, len(self), noise)

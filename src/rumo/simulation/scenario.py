@@ -23,14 +23,16 @@ from rumo.problem import Problem
 from rumo.references import ReferenceLike, as_reference
 from rumo.registry import CONTROLLERS, DISCRETIZATIONS
 from rumo.signals import Signals, Values
+from rumo.simulation.disturbances import check_disturbance
 from rumo.simulation.faults import Fault
 from rumo.simulation.foreign import PlantLike, check_plant
 from rumo.simulation.loop import ClosedLoop
 from rumo.simulation.monitors import DelayWatch
+from rumo.simulation.place import DisturbanceByState
 from rumo.simulation.plant import Plant
 from rumo.simulation.run import record
 from rumo.simulation.sensors import Sensors
-from rumo.simulation.wind import Disturbance, check_disturbance
+from rumo.simulation.wind import Disturbance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -79,8 +81,8 @@ class Scenario:
     observed : Model, optional
         Whose states are measured and estimated, if not the controller's model: one of the same inputs. The reference
         says what they mean for the controller, by `locate`: where a car at p_x, p_y is beside a path.
-    disturbances : mapping of str to Disturbance
-        Parameters of the plant that vary with time, such as the wind.
+    disturbances : mapping of str to Disturbance or DisturbanceByState
+        Parameters of the plant that vary with time, such as the wind, or with its state, such as friction `ByPlace`.
     faults : tuple of Fault
         What goes wrong, or a list of them. Those of the same samples act in this order.
     seed : int
@@ -108,7 +110,9 @@ class Scenario:
     believed: Actuation | None = None
     monitors: Mapping[str, DelayWatch] = field(default_factory=dict[str, DelayWatch])
     observed: Model | None = None
-    disturbances: Mapping[str, Disturbance] = field(default_factory=dict[str, Disturbance])
+    disturbances: Mapping[str, Disturbance | DisturbanceByState] = field(
+        default_factory=dict[str, Disturbance | DisturbanceByState]
+    )
     faults: Sequence[Fault] = ()
     seed: int = 0
 
@@ -231,7 +235,7 @@ def simulate(
     seed: int = 0,
     sensors: Sensors | None = None,
     estimator: Estimator | None = None,
-    disturbances: Mapping[str, Disturbance] | None = None,
+    disturbances: Mapping[str, Disturbance | DisturbanceByState] | None = None,
     faults: Sequence[Fault] = (),
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
@@ -261,8 +265,8 @@ def simulate(
         Exact states if not given.
     estimator : Estimator, optional
         From measurements to the state that the controller is told; measured states pass unchanged without one.
-    disturbances : mapping of str to Disturbance, optional
-        Plant parameters that vary with time, such as the wind.
+    disturbances : mapping of str to Disturbance or DisturbanceByState, optional
+        Plant parameters that vary with time, such as the wind, or with its state.
     faults : sequence of Fault
         What goes wrong.
     progress : callable, optional

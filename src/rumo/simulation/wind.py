@@ -7,8 +7,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from rumo.checks import as_numbers, finite_number, non_negative_number, positive_number
-from rumo.errors import ArgumentError, ShapeError
+from rumo.checks import finite_number, non_negative_number, positive_number
 from rumo.signals import Array
 
 
@@ -118,21 +117,3 @@ class Gust:
         """Values (K,), see `Disturbance`."""
         progress = np.clip((times - self.start) / self.duration, 0.0, 1.0)
         return self.mean + 0.5 * (self.peak - self.mean) * (1.0 - np.cos(2.0 * np.pi * progress))
-
-
-def check_disturbance(disturbance: object, argument: str) -> None:
-    """Raise unless it is a disturbance."""
-    if isinstance(disturbance, type) or not isinstance(disturbance, Disturbance):
-        cure = f"Write Constant({disturbance!r})." if isinstance(disturbance, int | float) else ""
-        expected = "a disturbance such as rumo.simulation.Constant(9.81), with sample(times, rng)"
-        raise ArgumentError(argument, repr(disturbance), expected, cure)
-
-
-def sampled(disturbance: Disturbance, argument: str, times: Array, rng: np.random.Generator) -> Array:
-    """Values (K,) of a disturbance, which may be of the user's making."""
-    values = as_numbers(disturbance.sample(times, rng), f"{argument}.sample()")
-    if values.shape not in ((), times.shape):
-        raise ShapeError(f"{argument}.sample()", f"shape {values.shape}", f"shape {times.shape}: a value for each time")
-    if not np.isfinite(values).all():
-        raise ArgumentError(f"{argument}.sample()", "NaN or infinity", "finite numbers")
-    return values
