@@ -80,8 +80,8 @@ def test_tailored_under_sanitizers(program, steps, core_of, tailored_headers, tm
 @pytest.mark.parametrize(
     ("build", "steps"),
     [
-        ("fast", 8_000),
-        ("sanitized", 2_000),
+        ("fast", 6_000),
+        ("sanitized", 500),
         *(pytest.param(*more, marks=pytest.mark.slow) for more in (("fast", 30_000), ("sanitized", 5_000))),
     ],
 )

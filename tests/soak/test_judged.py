@@ -35,7 +35,7 @@ FOUND = {
 """Seeds of what was found once, in the core or in the judge."""
 
 
-@pytest.mark.parametrize(("steps", "length"), [(3_000, 50), pytest.param(100_000, STEPS, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("steps", "length"), [(1_000, 50), pytest.param(100_000, STEPS, marks=pytest.mark.slow)])
 def test_judged(steps, length, tmp_path):
     watch = Watch(tmp_path)
     total, bad = soak(watch, steps, seed=0, length=length)

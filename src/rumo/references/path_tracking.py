@@ -14,7 +14,7 @@ from rumo.checks import as_mapping, as_names, checked, finite_number, positive_n
 from rumo.errors import ArgumentError, ShapeError
 from rumo.references.base import Preview
 from rumo.references.motion import Rolling, check_vehicle, checked_outputs, known_signals, motion, wanted_signals
-from rumo.references.paths import TURN, Path
+from rumo.references.paths import TURN, Path, PathPoints
 from rumo.references.speed_profile import SpeedProfile
 from rumo.references.timed_path import check_on
 from rumo.signals import Array, NamedArray, Signals
@@ -29,6 +29,8 @@ SLOWER = 1.0
 MOMENTS = np.linspace(0.0, 1.0, 101)
 WINDOW = 5.0
 """How far a vehicle may be from where it was expected to get to [m]."""
+OF_PATH = ("curvature", "heading")
+"""Parameters of models that are the path's own."""
 OTHER_WAY = 1.25 * pi
 """Error of the heading from which it is taken to be on the other side [rad]: more than half a turn, so that noise does
 not change sides back and forth."""
@@ -127,10 +129,9 @@ class RunningPathTracking:
     def __init__(self, settings: PathTracking, problem: Problem | None = None) -> None:
         self.progress = np.nan
         self._settings, self._path, self._profile = settings, settings.path, settings.profile
-        self._parameters: dict[str, Callable[[Array], ArrayLike]] = dict(settings.parameters)
-        for name, of_place in (("curvature", self._curvature), ("heading", self._heading)):
-            if problem is not None and name in problem.model.parameters and name not in self._parameters:
-                self._parameters[name] = of_place
+        self._parameters = dict(settings.parameters)
+        named = () if problem is None else problem.model.parameters
+        self._of_path = tuple(name for name in OF_PATH if name in named and name not in self._parameters)
         self._names = settings.outputs
         if self._names is None and problem is not None:
             self._names = wanted_signals(problem, known_signals(settings.vehicle))
@@ -138,6 +139,7 @@ class RunningPathTracking:
         self._known = known_signals(settings.vehicle)
         self._now = self._speed = 0.0
         self._psi, self._turns = np.nan, 0
+        self._previewed = np.nan, np.nan
         self._at: list[int] = []
         self._v_x: int | None = None
 
@@ -150,18 +152,19 @@ class RunningPathTracking:
         """Signals and parameters ahead, see `Reference`."""
         x_now, y_now, psi = self._pose(x)
         self._move(float(times[0]), x_now, y_now, psi)
+        self._previewed = x_now, y_now
         s, speed = self._ahead(times - times[0], x.values[self._v_x] if self._v_x is not None else np.nan)
-        points = self._path.at(s)
+        n, middle = len(s), 0.5 * (s[:-1] + s[1:])
+        along = self._path.at(np.concatenate([s, middle]))
+        points = PathPoints(*(values[:n] for values in along))
         self._speed = float(speed[0])
         turns = self._alongside(psi, float(points.heading[0]))
         if turns:
             points = points._replace(heading=points.heading + turns * TURN)
-        signals = motion(s, points, speed, self._settings.vehicle)
-        ahead: dict[str, ArrayLike] = {}
-        if self._parameters:
-            middle = 0.5 * (s[:-1] + s[1:])
-            ahead = {name: _by_place(function, middle, name) for name, function in self._parameters.items()}
-        return Preview({name: signals[name] for name in self._names or ()}, ahead)
+        signals = motion(s, points, speed, self._settings.vehicle, self._names or ())
+        ahead: dict[str, Array] = {name: getattr(along, name)[n:] for name in self._of_path}
+        ahead |= {name: _by_place(function, middle, name) for name, function in self._parameters.items()}
+        return Preview.of_own(signals, ahead)
 
     def locate(self, x: NamedArray[float]) -> dict[str, float]:
         """Place of a vehicle beside the path, for models that know it by that: s [m], n [m], heading_error [rad].
@@ -176,16 +179,11 @@ class RunningPathTracking:
         x_now, y_now, psi = self._pose(x)
         if not (isfinite(self.progress) and isfinite(x_now) and isfinite(y_now)):
             return dict.fromkeys(("s", "n", "heading_error"), np.nan)
-        window = self._settings.window
-        s = self._path.nearest(x_now, y_now, self.progress - window, self.progress + window)
+        s, window = self.progress, self._settings.window
+        if (x_now, y_now) != self._previewed:
+            s = self._path.nearest(x_now, y_now, s - window, s + window)
         here = self._path.at(s)
         return {"s": s, "n": float(here.left(x_now, y_now)), "heading_error": float(here.turned(psi))}
-
-    def _curvature(self, s: Array) -> Array:
-        return self._path.at(s).curvature
-
-    def _heading(self, s: Array) -> Array:
-        return self._path.at(s).heading
 
     def _pose(self, x: NamedArray[float]) -> tuple[float, float, float]:
         """Position [m] and heading [rad] of a state, NaN where it has no heading."""
@@ -257,7 +255,7 @@ class RunningPathTracking:
 
 
 def _by_place(function: Callable[[Array], ArrayLike], s: Array, name: str) -> Array:
-    values = np.asarray(function(s), dtype=float)
+    values = np.array(function(s), dtype=float)  # a copy: it may be an array of the function's own
     if values.shape not in ((), s.shape):
         raise ShapeError(
             f"parameters[{name!r}](s)", f"shape {values.shape}", f"shape {s.shape}, one at each arc length"

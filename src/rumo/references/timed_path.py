@@ -133,9 +133,8 @@ class TimedPath(OfTime):
         points = self.path.at(s)
         if self.rear_axle:
             signals = axle_motion(points, speed, cast("Axled", self.vehicle), self.reverse)
-        else:
-            signals = motion(s, points, speed, self.vehicle, self.reverse)
-        return {name: signals[name] for name in self._names}
+            return {name: signals[name] for name in self._names}
+        return motion(s, points, speed, self.vehicle, self._names, self.reverse)
 
     def _moving_to_clock(self, moving: float) -> float:
         return moving + sum(seconds for at, seconds in self._waits if at < moving)

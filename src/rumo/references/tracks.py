@@ -126,14 +126,18 @@ class Track:
     def width(self, side: int, s: Array) -> Array:
         """Width to the left, side 0, or to the right, side 1, at arc lengths, of their shape [m]."""
         width = self._widths[side]
+        if isinstance(width, _Sampled):
+            return width(s)
         if callable(width):
             values = as_numbers(width(s), "width(s)")
             if values.shape not in ((), s.shape) or not np.isfinite(values).all():
                 raise ShapeError("width(s)", f"shape {values.shape}", f"finite numbers of shape {s.shape}")
             return np.broadcast_to(values, s.shape)
-        if not width.ndim:
-            return np.full(s.shape, width)
-        return np.interp(s, self.path.stations, width, period=self.path.length if self.path.closed else None)
+        return np.full(s.shape, width)
+
+    def is_even(self, side: int) -> bool:
+        """Whether the width to one side is the same everywhere."""
+        return not callable(self._widths[side])
 
     def __repr__(self) -> str:
         return f"Track({self.name!r}, {self.path!r})"
@@ -148,19 +152,25 @@ class _Room:
     side: int
 
     def __call__(self, s: Array) -> Array:
-        return self.track.width(self.side, s[:, None] + self.ahead).min(axis=1)
+        if self.track.is_even(self.side):
+            return self.track.width(self.side, s)
+        return np.minimum.reduce(self.track.width(self.side, s[:, None] + self.ahead), axis=1)
 
 
-@dataclass(frozen=True, eq=False)
 class _Sampled:
     """A width by straight lines between samples; as at the ends beyond them, or periodic."""
 
-    s: Array
-    width: Array
-    period: float | None
+    def __init__(self, s: Array, width: Array, period: float | None) -> None:
+        self._period = period
+        if period is not None:
+            # As np.interp with a period, which would sort them each time.
+            s, first = np.unique(s % period, return_index=True)
+            width = width[first]
+            s, width = np.r_[s[-1] - period, s, s[0] + period], np.r_[width[-1], width, width[0]]
+        self._s, self._width = s, width
 
     def __call__(self, s: Array) -> Array:
-        return np.interp(s, self.s, self.width, period=self.period)
+        return np.interp(s if self._period is None else s % self._period, self._s, self._width)
 
 
 def _checked(width: Width, path: Path, argument: str) -> Array | Callable[[Array], ArrayLike]:
@@ -172,7 +182,7 @@ def _checked(width: Width, path: Path, argument: str) -> Array | Callable[[Array
         raise ShapeError(argument, f"shape {values.shape}", expected)
     if not np.isfinite(values).all():
         raise ArgumentError(argument, "NaN or infinity", "finite widths [m]")
-    return read_only(values)
+    return _Sampled(path.stations, values, path.length if path.closed else None) if values.ndim else read_only(values)
 
 
 def oval() -> Track:
