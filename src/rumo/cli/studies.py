@@ -11,10 +11,13 @@ import typer
 from rumo.checks import known_names
 from rumo.cli.console import Json, Quiet, errors_in_words, numbers, words
 from rumo.cli.sequence import run_study
+from rumo.errors import ArgumentError
 
 study = typer.Typer(help="Run a study and write its report.", no_args_is_help=True)
 
 Controllers = Annotated[str, typer.Option(help="Which controllers drive, comma-separated.")]
+Jobs = Annotated[int, typer.Option(min=1, help="Processes that drive at the same time.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on with what an interrupted study has left in the folder.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of wind and noise.")]
 Output = Annotated[
     Path, typer.Option(help="Folder for logs, figures and report; those of an earlier study are deleted.")
@@ -48,10 +51,8 @@ def faults(
     start: Annotated[float, typer.Option(help="When the first bad sample is [s].")] = 3.0,
     gate: Annotated[bool, typer.Option(help="Hold back implausible measurements.")] = True,
     logs: Annotated[bool, typer.Option("--logs", help="Keep the log of every drive.")] = False,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes that drive at the same time.")] = 1,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with what an interrupted study has left in the folder.")
-    ] = False,
+    jobs: Jobs = 1,
+    resume: Resume = False,
     output: Output = Path("out"),
     as_json: Json = False,
     quiet: Quiet = False,
@@ -118,3 +119,51 @@ def linearization(
             tuple(words(controllers)), {name: SWEEPS[name].values for name in names}, seed=seed
         )
         run_study(settings, output, as_json=as_json, quiet=quiet)
+
+
+@study.command()
+def roads(
+    cases: Annotated[str | None, typer.Option(help="Which cases, comma-separated; all if not given.")] = None,
+    controllers: Annotated[
+        str | None, typer.Option(help="Which controllers drive, comma-separated; those of each case if not given.")
+    ] = None,
+    seeds: Annotated[str, typer.Option(help="Seeds of wind and noise, comma-separated, or from-to: 0-9.")] = "0-4",
+    tracks: Annotated[
+        str, typer.Option(help="Names or files of tracks, comma-separated; of a folder, all CSV files.")
+    ] = "oval,club,eight",
+    nlp_distance: Annotated[
+        float | None, typer.Option(help="How far the NLP drives on tracks [m]; whole laps if not given.")
+    ] = None,
+    logs: Annotated[bool, typer.Option("--logs", help="Keep the log of every drive.")] = False,
+    jobs: Jobs = 1,
+    resume: Resume = False,
+    output: Output = Path("out"),
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """A car on the road. Sine, tracks, moose test, ice, a racer: figures, and the goals that they have."""
+    with errors_in_words():
+        from rumo.studies.roads import CASES, RoadStudy
+
+        settings = RoadStudy(
+            tuple(CASES if cases is None else words(cases)),
+            None if controllers is None else tuple(words(controllers)),
+            numbers(seeds, "--seeds", int),
+            track_files(words(tracks)),
+            nlp_distance,
+            logs,
+        )
+        run_study(settings, output, as_json=as_json, quiet=quiet, jobs=jobs, resume=resume)
+
+
+def track_files(given: list[str]) -> tuple[str, ...]:
+    """Tracks as they were named, folders by the CSV files in them."""
+    found: list[str] = []
+    for name in given:
+        inside = sorted(str(file) for file in Path(name).glob("*.csv")) if Path(name).is_dir() else [name]
+        if not inside:
+            raise ArgumentError(
+                "--tracks", f"{name!r}, a folder without CSV files", "files, folders with some, or names"
+            )
+        found += inside
+    return tuple(found)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from rumo.controllers import Controller
 from rumo.references import Path, SpeedProfile, Track
 from rumo.simulation import ClosedLoop, Sample, Scenario
 from rumo.simulation.run import record
@@ -54,10 +55,20 @@ class DriveRun:
     begin: float
     distance: float
 
-    def run(self, *, progress: Callable[[int, int], None] | None = None) -> xr.Dataset:
-        """Drive; the log's attributes `outcome` and `ended` say how it ended, in a word and in a sentence."""
+    def run(
+        self, controller: Controller | None = None, *, progress: Callable[[int, int], None] | None = None
+    ) -> xr.Dataset:
+        """Drive; the log's attributes `outcome` and `ended` say how it ended, in a word and in a sentence.
+
+        Parameters
+        ----------
+        controller : Controller, optional
+            One that is there already, to save setting it up again; it is reset first.
+        progress : callable, optional
+            Called with (metres driven, all metres).
+        """
         watch = _Watch(self, progress)
-        log = record(ClosedLoop(self.scenario), until=watch)
+        log = record(ClosedLoop(self.scenario, controller), until=watch)
         return log.assign_attrs(outcome=watch.outcome, ended=watch.ended)
 
 
