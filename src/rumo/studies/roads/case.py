@@ -10,6 +10,7 @@ from typing import Any
 
 from rumo.checks import positive_number, whole_number
 from rumo.errors import ArgumentError
+from rumo.report.charts import Chart, Panels
 from rumo.studies.drive import DrivenRoad
 from rumo.studies.kpis import Driven
 from rumo.studies.roads.outcome import RoadDrive
@@ -118,6 +119,10 @@ class Case(ABC):
     @abstractmethod
     def scene(self, variant: Variant, conditions: Conditions) -> tuple[DrivenRoad, Callable[[Any], Driven]]:
         """What is driven on, and what makes a `Driven` of a log."""
+
+    def charts(self, name: str, drives: Any) -> list[Chart | Panels]:
+        """Figures of its own, of drives by controller and variant; none for those that every case has."""
+        return []
 
 
 def worst_by(outcomes: Outcomes, name: str) -> Variant:

@@ -25,6 +25,9 @@ Drives = Mapping[str, Mapping[Variant, RoadDrive]]
 
 def case_charts(name: str, case: Case, drives: Drives, conditions: Conditions) -> list[Chart | Panels]:
     """The worst drive of the first controller on its road, and the same variant by all of them."""
+    own = case.charts(name, drives)
+    if own:
+        return own
     first = next(iter(drives))
     worst = case.worst(by_variant(drives[first]))
     road, driven = case.scene(worst, conditions)

@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 from rumo.studies.roads.case import Case
 from rumo.studies.roads.cases.moose import Moose
+from rumo.studies.roads.cases.rest import Rest
 from rumo.studies.roads.cases.sine import Sine
 from rumo.studies.roads.cases.tracks import Tracks
 
@@ -52,6 +53,7 @@ CASES: Mapping[str, Case] = MappingProxyType(
             over=None,
         ),
         "moose": Moose(65.0),
+        "rest": Rest(),
     }
 )
 """What is driven, by name."""

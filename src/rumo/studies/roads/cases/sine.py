@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from rumo.discretization import Radau2
-from rumo.grid import Grid
 from rumo.problem import Problem
 from rumo.references import Path, SpeedProfile, TimedPath, Track
 from rumo.references.generators import sine
@@ -23,11 +21,9 @@ from rumo.studies.kpis.base import rms
 from rumo.studies.roads.case import Case, Conditions, Progress, Variant, worst_by
 from rumo.studies.roads.outcome import RoadDrive, driven_until, recorded
 from rumo.studies.roads.rows import Goal, Outcomes, Row, largest, median, share
-from rumo.terms import Weight
 from rumo.vehicles import PASSENGER_CAR as CAR
-from rumo.vehicles import friction_ellipses, rolling_bicycle, slip_limits
+from rumo.vehicles import rolling_bicycle, trajectory_problem
 from rumo.vehicles.parameters import GRAVITY
-from rumo.vehicles.problems import usual_limits
 
 AMPLITUDE, WAVELENGTH = 3.0, 50.0
 RUN = 24.0
@@ -150,24 +146,7 @@ def path_of(speed: float) -> DrivenRoad:
 
 @lru_cache
 def clock_problem() -> Problem:
-    """Keep up with a point: by position, and by velocity over ground, with the moves and limits of `path_problem`.
-
-    Time that was lost can be made up for only by a car that knows its position along the path as well, which
-    `path_problem` does not weight.
-    """
-    angle, rate, push = usual_limits(CAR)
-    unit = 0.5 * CAR.m * CAR.r  # torque on each rear wheel for 1 m/s^2
-    return Problem(
-        rolling_bicycle(CAR),
-        horizon=Grid([SAMPLING_TIME] * 4 + [2.0 * SAMPLING_TIME] * 20),
-        sampling_time=SAMPLING_TIME,
-        track={
-            **dict.fromkeys(("p_x", "p_y"), Weight(20.0, 6.0)),
-            **dict.fromkeys(("velocity_x", "velocity_y"), Weight(2.5, 11.0)),
-        },
-        moves={"torque": Weight(1.0, 16.0 * unit), "steering_rate": Weight(0.3, 1.6)},
-        bounds={"torque": (-push * unit, push * unit), "delta": (-angle, angle), "steering_rate": (-rate, rate)},
-        constraints={**friction_ellipses(CAR), **slip_limits(CAR, largest=LARGEST_SLIP)},
-        delay=1,
-        discretization=Radau2(),
-    )
+    """Keep up with a point: time that was lost can be made up for only by a car that knows where it is to be now."""
+    problem = trajectory_problem(CAR, largest_slip=LARGEST_SLIP)
+    # Inputs as free as those of `path_problem`; what a car has to do with heading and steering at its grip is its own.
+    return problem.changed(weights={"torque": 1.0, "steering_rate": 0.3, "psi": 0.0, "delta": 0.0})
