@@ -13,6 +13,7 @@ from rumo.controllers.engines.base import Candidate, Method
 from rumo.controllers.engines.guarded import Guarded
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.registry import CONTROLLERS
+from rumo.signals import Signals
 from rumo.simulation import ClosedLoop, Scenario
 from rumo.simulation.faults import (
     KINDS,
@@ -31,6 +32,7 @@ from rumo.simulation.faults import (
     Missing,
     Noisy,
     Offset,
+    Outliers,
     Reading,
     Saturated,
     Scaled,
@@ -167,6 +169,25 @@ def test_noise_is_added_to_that_of_the_sensors():
     assert abs(added[5:2005, 1].mean()) < 0.03
 
 
+def test_outliers_are_as_many_and_as_large_as_they_should_be():
+    """Each signal for itself; the rest of the measurements is untouched."""
+    spoilt = Outliers(range(5, 2005), {"rate": 3.0, "angle": 1.0}, share=0.2)
+    log = scenario(faults=(spoilt,), duration=102.0, plant=Standing()).run()
+    error = (log.received - log.measured).values
+    there = error[5:2005] != 0.0
+    assert (error[:5] == 0.0).all()
+    assert (error[2005:] == 0.0).all()
+    np.testing.assert_allclose(there.mean(axis=0), 0.2, atol=0.03)
+    assert there.all(axis=1).mean() == pytest.approx(0.04, abs=0.015)
+    for name, deviation in (("rate", 3.0), ("angle", 1.0)):
+        column = log.state.values.tolist().index(name)
+        assert error[5:2005][there[:, column], column].std() == pytest.approx(deviation, rel=0.15)
+    signals, read = Signals({"angle": "rad", "rate": "rad/s"}, "measured"), np.zeros((3, 2))
+    for seed, same in ((0, True), (1, False)):
+        said = [replace(spoilt, seed=seed).sense(row, (), bad, signals) for bad, row in enumerate(read, 100)]
+        assert (np.array(said) == error[105:108]).all() == same
+
+
 def test_frozen_and_late_from_the_start_are_missing():
     for fault in (Frozen(range(2)), LateMeasurement(range(2), by=2)):
         log = scenario(faults=(fault,)).run()
@@ -266,6 +287,7 @@ SETTINGS = {
     "drift": {"signal": "angle", "by": 0.01},
     "misinformed": {"applied": {"torque": 1.0}},
     "noisy": {"noise": {"rate": 0.1}},
+    "outliers": {"errors": {"rate": 3.0}},
     "offset": {"signal": "angle", "by": 0.01},
     "reading": {"signal": "angle", "value": 0.1},
     "saturated": {"input": "torque"},
@@ -607,6 +629,9 @@ def test_answers_of_faults_are_checked(answers, message):
         (lambda: scenario(faults=(Swapped(range(2), "angle", "angle"),)), "second: got 'angle', expected another"),
         (lambda: scenario(faults=(Swapped(range(2), "ange", "rate"),)), "Did you mean 'angle'"),
         (lambda: Noisy(range(2), {"angle": -1.0}), r"noise\['angle'\]: got -1.0, expected a standard deviation of 0"),
+        (lambda: Outliers(range(2), {"angle": -1.0}), r"errors\['angle'\]: got -1.0, expected a number of at least 0"),
+        (lambda: Outliers(range(2), {"angle": 1.0}, share=1.5), "share: got 1.5, expected a share from 0 to 1"),
+        (lambda: scenario(faults=(Outliers(range(2), {"ange": 1.0}),)), "Did you mean 'angle'"),
         (lambda: Noisy(range(2), 3.0), "noise: got 3.0, expected a mapping"),
         (lambda: scenario(faults=(Noisy(range(2), {"ange": 1.0}),)), "Did you mean 'angle'"),
         (lambda: Disturbed(range(2), "gravity", np.inf), "value: got inf, expected a finite number"),

@@ -4,6 +4,7 @@ from rumo.simulation.faults.actuators import Biased, Saturated, Slow, Stuck, Wea
 from rumo.simulation.faults.base import Fault
 from rumo.simulation.faults.clock import LateCommand, LostCommand, SkippedSample
 from rumo.simulation.faults.kinds import KINDS, make_fault
+from rumo.simulation.faults.outliers import Outliers
 from rumo.simulation.faults.plant import Changed, Disturbed
 from rumo.simulation.faults.sensors import (
     Drift,
@@ -36,6 +37,7 @@ __all__ = [
     "Missing",
     "Noisy",
     "Offset",
+    "Outliers",
     "Reading",
     "Saturated",
     "Scaled",

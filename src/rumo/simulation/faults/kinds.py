@@ -9,6 +9,7 @@ from rumo.errors import ArgumentError, UnknownNameError
 from rumo.simulation.faults.actuators import Biased, Saturated, Slow, Stuck, Weakened
 from rumo.simulation.faults.base import Fault
 from rumo.simulation.faults.clock import LateCommand, LostCommand, SkippedSample
+from rumo.simulation.faults.outliers import Outliers
 from rumo.simulation.faults.plant import Changed, Disturbed
 from rumo.simulation.faults.sensors import (
     Drift,
@@ -39,6 +40,7 @@ KINDS: dict[str, type[Fault]] = {
     "missing": Missing,
     "noisy": Noisy,
     "offset": Offset,
+    "outliers": Outliers,
     "reading": Reading,
     "saturated": Saturated,
     "scaled": Scaled,
