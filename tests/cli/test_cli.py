@@ -173,7 +173,7 @@ def test_quiet_says_nothing_but_errors(tmp_path):
     assert runner.invoke(app, ["models", "--quiet"]).stdout.split() == list(MODELS)
 
 
-STUDIES = [["study", name] for name in ("paper", "faults", "discretization", "linearization")]
+STUDIES = [["study", name] for name in ("paper", "faults", "discretization", "linearization", "estimation")]
 
 
 @pytest.mark.parametrize("command", [[], ["study"], *STUDIES, ["drive"], ["bench"], ["models"]])

@@ -19,6 +19,7 @@ from rumo.simulation import Constant, load, save
 from rumo.studies import Drive, PaperStudy
 from rumo.studies.base import carry_out, nested, shared_controller
 from rumo.studies.discretization import CASES, DiscretizationStudy
+from rumo.studies.estimation import EstimationStudy
 from rumo.studies.faults import FaultStudy
 from rumo.studies.linearization import LinearizationStudy
 
@@ -27,6 +28,7 @@ STUDIES = {
     "faults": FaultStudy(("rti", "ltv"), ("none", "jump", "budget"), start=0.4, duration=0.8, keep_logs=True),
     "linearization": LinearizationStudy(("rti", "ltv"), {"speed": (8.0, 9.0), "noise": (1.0,)}, duration=0.4),
     "drive": Drive("oval", distance=15.0, backend="portable"),
+    "estimation": EstimationStudy(("start",), ("ekf", "mhe"), (0,), 2.0, 5, Drive("oval", backend="portable")),
     "discretization": DiscretizationStudy(("van-de-vusse",), ("implicit-euler", "radau2"), backend="portable"),
 }
 

@@ -18,6 +18,7 @@ study = typer.Typer(help="Run a study and write its report.", no_args_is_help=Tr
 Controllers = Annotated[str, typer.Option(help="Which controllers drive, comma-separated.")]
 Jobs = Annotated[int, typer.Option(min=1, help="Processes that drive at the same time.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on with what an interrupted study has left in the folder.")]
+Seeds = Annotated[str, typer.Option(help="Seeds of wind and noise, comma-separated, or from-to: 0-9.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of wind and noise.")]
 Output = Annotated[
     Path, typer.Option(help="Folder for logs, figures and report; those of an earlier study are deleted.")
@@ -47,7 +48,7 @@ def faults(
     faults: Annotated[str | None, typer.Option(help="Which faults, comma-separated; all if not given.")] = None,
     speeds: Annotated[str, typer.Option(help="Speeds, comma-separated [m/s].")] = "8",
     samples: Annotated[str, typer.Option(help="Numbers of bad samples, comma-separated.")] = "5",
-    seeds: Annotated[str, typer.Option(help="Seeds of wind and noise, comma-separated, or from-to: 0-9.")] = "0",
+    seeds: Seeds = "0",
     start: Annotated[float, typer.Option(help="When the first bad sample is [s].")] = 3.0,
     gate: Annotated[bool, typer.Option(help="Hold back implausible measurements.")] = True,
     logs: Annotated[bool, typer.Option("--logs", help="Keep the log of every drive.")] = False,
@@ -127,7 +128,7 @@ def roads(
     controllers: Annotated[
         str | None, typer.Option(help="Which controllers drive, comma-separated; those of each case if not given.")
     ] = None,
-    seeds: Annotated[str, typer.Option(help="Seeds of wind and noise, comma-separated, or from-to: 0-9.")] = "0-4",
+    seeds: Seeds = "0-4",
     tracks: Annotated[
         str, typer.Option(help="Names or files of tracks, comma-separated; of a folder, all CSV files.")
     ] = "oval,club,eight",
@@ -167,3 +168,37 @@ def track_files(given: list[str]) -> tuple[str, ...]:
             )
         found += inside
     return tuple(found)
+
+
+@study.command()
+def estimation(
+    questions: Annotated[str | None, typer.Option(help="Which questions, comma-separated; all if not given.")] = None,
+    estimators: Annotated[str | None, typer.Option(help="Which estimators, comma-separated; all if not given.")] = None,
+    seeds: Seeds = "0-4",
+    duration: Annotated[float, typer.Option(help="Length of a drive [s].")] = 30.0,
+    window: Annotated[int, typer.Option(help="Samples that a moving horizon looks back on.")] = 10,
+    track: Annotated[str, typer.Option(help="A track by name, or a file.")] = "club",
+    jobs: Jobs = 1,
+    resume: Resume = False,
+    output: Output = Path("out"),
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Kalman filter or moving horizon. Plain noise, outliers, bounds, wrong starts and late measurements on a track."""
+    with errors_in_words():
+        from rumo.studies.estimation import CONTENDERS, QUESTIONS, EstimationStudy
+        from rumo.studies.estimation.study import ROAD
+
+        asked = list(QUESTIONS) if questions is None else words(questions)
+        known_names(asked, "--questions", QUESTIONS)
+        names = list(CONTENDERS) if estimators is None else words(estimators)
+        known_names(names, "--estimators", CONTENDERS)
+        settings = EstimationStudy(
+            tuple(asked),
+            tuple(names),
+            numbers(seeds, "--seeds", int),
+            duration,
+            window,
+            replace(ROAD, track=track),
+        )
+        run_study(settings, output, as_json=as_json, quiet=quiet, jobs=jobs, resume=resume)
