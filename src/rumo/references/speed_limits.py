@@ -13,6 +13,7 @@ from rumo.checks import as_numbers, checked, non_negative_number, positive_numbe
 from rumo.errors import ArgumentError, ShapeError
 from rumo.references.car_limits import accelerations
 from rumo.references.clothoids import checked_curvature
+from rumo.references.jerk import Abilities, jerk_limited
 from rumo.references.paths import Path
 from rumo.references.speed_profile import SpeedProfile
 from rumo.signals import Array
@@ -44,6 +45,8 @@ class SpeedLimits:
     braking_left, driving_left : sequence of float, optional
         Shares of braking and driving that are left while evenly spaced shares of the lateral limit, from 0 to 1, are
         used: in place of the ellipse.
+    jerk : float
+        Largest rate at which the acceleration along the path changes [m/s^3]; infinite for none.
     """
 
     lateral: float
@@ -54,12 +57,15 @@ class SpeedLimits:
     drag: float = 0.0
     braking_left: tuple[float, ...] | None = None
     driving_left: tuple[float, ...] | None = None
+    jerk: float = inf
 
     def __post_init__(self) -> None:
         for name in ("lateral", "braking", "driving", "top"):
             positive_number(getattr(self, name), name)
         if not non_negative_number(self.power, "power"):
             raise ArgumentError("power", repr(self.power), "a positive number [W/kg], infinite without a limit")
+        if not non_negative_number(self.jerk, "jerk"):
+            raise ArgumentError("jerk", repr(self.jerk), "a positive number [m/s^3], infinite without a limit")
         if not isfinite(non_negative_number(self.drag, "drag")):
             raise ArgumentError("drag", repr(self.drag), "a finite number [1/m]")
         for part in fields(self):
@@ -104,9 +110,13 @@ class SpeedLimits:
         )
 
     @classmethod
-    def comfort(cls, *, top: float = 36.0) -> SpeedLimits:
-        """What seated passengers do not mind: 2 m/s^2 across and in braking, 1.2 m/s^2 in driving."""
-        return cls(lateral=2.0, braking=2.0, driving=1.2, top=top)
+    def comfort(cls, *, top: float = 36.0, jerk: float = 1.0) -> SpeedLimits:
+        """What seated passengers do not mind: 2 m/s^2 across and in braking, 1.2 m/s^2 in driving, 1 m/s^3 of jerk.
+
+        That is a third of the jerk beyond which surveys call a ride unacceptable: Hoberock (1977),
+        doi 10.1115/1.3427093.
+        """
+        return cls(lateral=2.0, braking=2.0, driving=1.2, top=top, jerk=jerk)
 
 
 def speed_profile(
@@ -152,7 +162,9 @@ def speed_profile(
     Notes
     -----
     Accelerations are within the ellipse at the station where they begin: driving in the direction of travel, braking
-    against it. Source: the quasi-steady-state method, see Heilmeier et al. (2020), doi 10.1080/00423114.2019.1631455.
+    against it. With a limit of jerk, what sweeps find is made smooth by quadratic programs, see
+    `rumo.references.jerk`: some hundred times the time of the sweeps.
+    Source: the quasi-steady-state method, see Heilmeier et al. (2020), doi 10.1080/00423114.2019.1631455.
     """
     checked(path, "path", Path)
     checked(limits, "limits", SpeedLimits)
@@ -170,11 +182,13 @@ def speed_profile(
     cap[np.isin(s, stops)] = 0.0
     if flying:
         bends[-1], share[-1], cap[-1] = bends[0], share[0], cap[0]
-        return SpeedProfile(s, np.sqrt(_around(cap, bends, np.diff(s), limits, share)), closed=True)
+        w = _smooth(_around(cap, bends, np.diff(s), limits, share), cap, bends, np.diff(s), limits, share, closed=True)
+        return SpeedProfile(s, np.sqrt(w), closed=True)
     for i, name, value in ((0, "start", start), (-1, "end", end)):
         if value is not None:
             cap[i] = min(cap[i], non_negative_number(value, name) ** 2)
-    return SpeedProfile(s, np.sqrt(_there_and_back(cap, bends, np.diff(s), limits, share)))
+    w = _there_and_back(cap, bends, np.diff(s), limits, share)
+    return SpeedProfile(s, np.sqrt(_smooth(w, cap, bends, np.diff(s), limits, share, closed=False)))
 
 
 def speeds_within(
@@ -250,6 +264,23 @@ def _around(cap: Array, bends: Array, gaps: Array, limits: SpeedLimits, share: A
     w = _there_and_back(cap, bends, gaps, limits, share)
     w[0] = w[-1] = min(w[0], w[-1])
     return w
+
+
+def _smooth(
+    w: Array, cap: Array, bends: Array, gaps: Array, limits: SpeedLimits, share: Array, *, closed: bool
+) -> Array:
+    """Squared speeds (n,) within the limit of jerk, from the highest ones of any jerk."""
+    if limits.jerk == inf:
+        return w
+    lateral = bends / (limits.lateral * share)
+
+    def ability(most: float, shares: tuple[float, ...] | None) -> Callable[[Array], Array]:
+        left = np.vectorize(_left(shares), otypes=[float])
+        return lambda at: most * share * left(at * lateral)
+
+    driving = ability(limits.driving, limits.driving_left)
+    braking = ability(limits.braking, limits.braking_left)
+    return jerk_limited(w, cap, gaps, limits.jerk, Abilities(driving, braking, limits.power, limits.drag), closed)
 
 
 def _there_and_back(cap: Array, bends: Array, gaps: Array, limits: SpeedLimits, share: Array) -> Array:

@@ -12,6 +12,7 @@ from scipy.interpolate import PPoly
 
 from rumo.checks import as_numbers
 from rumo.errors import ArgumentError, ShapeError
+from rumo.references.jerk import jerk
 from rumo.signals import Array, read_only
 
 STANDSTILL = "Where a vehicle stands for a while is a matter of time, not of place: see TimedPath(pauses=...)."
@@ -117,6 +118,14 @@ class SpeedProfile:
         lap = np.floor(t / self.duration)
         values = self._by_time(t - lap * self.duration)
         return values[..., 0] + lap * self._length, values[..., 1], values[..., 2]
+
+    @property
+    def largest_jerk(self) -> float:
+        """Largest rate at which the acceleration changes, from the middle of an interval to that of the next [m/s^3].
+
+        At a stop, and at the ends of an open path, it is that from the middle of an interval to 0.
+        """
+        return float(np.abs(jerk(self.v**2, np.diff(self.s), self.closed)).max())
 
     def _within(self, s: ArrayLike) -> tuple[Array, Array]:
         """Arc lengths within the first lap of a closed profile, and the laps before."""
