@@ -10,11 +10,20 @@ from typer.testing import CliRunner
 
 import rumo
 from rumo.cli.app import app
+from rumo.references import Path
+from rumo.references.manoeuvres import iso_3888_2
 from rumo.report.figures import draw
+from rumo.simulation import Plant
 from rumo.studies.base import carry_out, nested
 from rumo.studies.roads import CASES, Conditions, Goal, RoadStudy, Row
+from rumo.studies.roads.cases.moose import least_room
+from rumo.studies.roads.outcome import log_of
+from rumo.studies.roads.patch import Patch
 from rumo.studies.roads.report import findings, goals_table
 from rumo.studies.roads.rows import largest, median, share
+from rumo.vehicles import PASSENGER_CAR, four_wheel
+from rumo.vehicles.four_wheel import WHEELS
+from rumo.vehicles.parameters import GRAVITY
 
 SHORT = RoadStudy(("sine-12", "tracks"), ("rti", "nlp"), seeds=(0,), tracks=("eight",), nlp_distance=15.0)
 
@@ -84,6 +93,68 @@ def test_every_case_says_what_it_is(name):
         road, _ = case.scene(variant, conditions)
         assert road.path.length > 0.0
         assert case.variant_words(variant)
+
+
+@pytest.mark.parametrize("s", [5.0, 25.0])
+def test_friction_is_that_of_the_place(s):
+    path, plant = Path.from_curvature((0.0, 50.0), (0.0, 0.0)), Plant(four_wheel(PASSENGER_CAR), 0.04)
+    icy = Patch(plant, path, (20.0, 40.0), 0.3)
+    motion = {"p_x": s, "v_x": 20.0, "delta": 0.1, **{f"w_{wheel}": 20.0 / PASSENGER_CAR.r for wheel in WHEELS}}
+    x, u = plant.states.vector(dict.fromkeys(plant.states, 0.0) | motion, "x"), np.zeros(len(plant.inputs))
+    p = plant.model.parameter_vector({"mu": 0.9})
+    there = plant.model.parameter_vector({"mu": 0.3 if s > 20.0 else 0.9})
+    expected = plant.advance(x, u, there)
+    np.testing.assert_allclose(icy.advance(x, u, p), expected, rtol=1e-5, atol=1e-5)
+    assert (np.abs(plant.advance(x, u, p) - expected).max() > 0.01) == (s > 20.0)
+    used = plant.observer(("friction_use_fl",))
+    assert icy.observe(x, u, p)["friction_use_fl"] == used(x, u, there)
+
+
+def test_bends_take_their_share_of_dry_friction():
+    conditions = Conditions()
+    for radius in CASES["ice"].variants(conditions):
+        road, driven = CASES["ice"].scene(radius, conditions)
+        profile = driven(None).profile
+        most = np.abs(road.path.at(road.path.nodes).curvature).max() * profile.v.max() ** 2
+        assert most == pytest.approx(0.6 * 0.9 * GRAVITY, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("y", "room"),
+    [(0.0, 0.5 * (0.1 * PASSENGER_CAR.width + 0.25)), (0.1, 0.5 * (0.1 * PASSENGER_CAR.width + 0.25) - 0.1)],
+)
+def test_cones_are_compared_with_the_corners_of_the_car(y, room):
+    """Straight ahead through the first lane, and on into the cones of the second."""
+    change = iso_3888_2(PASSENGER_CAR.width)
+    motion = {"sampling_time_s": 0.04, "p_x": [0.0, 8.0], "p_y": [y, y], "psi": [0.0, 0.0]}
+    _, driven = CASES["moose"].scene(0, Conditions())
+    assert least_room(driven(log_of(motion))) == pytest.approx(room)
+    through = motion | {"p_x": [0.0, 30.0]}
+    beyond = change.lanes[1].right - (y - 0.5 * PASSENGER_CAR.width)
+    assert least_room(driven(log_of(through))) == pytest.approx(-beyond)
+
+
+def test_a_moose_test_ends_with_the_first_cone():
+    case = replace(CASES["moose"], slowest=30, fastest=34, steps=(3,))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RUMO_BACKEND", "portable")
+        found = case.drive("rti", 0, Conditions())
+    assert (found.outcome["entry_km_h"], found.outcome["touched_at_km_h"]) == (33, None)
+    assert found.outcome["left_at_km_h"] == pytest.approx(33.0, abs=1.0)
+    none = {"entry_km_h": None}
+    assert [row.met for row in case.rows("rti", {0: none, 1: found.outcome}, Conditions())] == [None, False]
+
+
+def test_edges_of_the_small_track_do_not_cross():
+    road, _ = CASES["racer"].scene(0, Conditions())
+    s = np.linspace(0.0, road.path.length, 2000)
+    bends = np.abs(road.path.at(s).curvature).max()
+    assert 0.5 * sum(float(width) for width in road.track.limits(0.0)) * bends < 1.0
+    points = road.path.at(s[::10])
+    near = np.hypot(points.x[:, None] - points.x, points.y[:, None] - points.y)
+    along = np.abs(s[::10, None] - s[::10])
+    along = np.minimum(along, road.path.length - along)
+    assert near[along > 20.0].min() > 5.0
 
 
 def test_what_is_missing_counts_as_missed():

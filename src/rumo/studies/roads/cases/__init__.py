@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from rumo.studies.roads.case import Case
+from rumo.studies.roads.cases.ice import Ice
 from rumo.studies.roads.cases.moose import Moose
+from rumo.studies.roads.cases.racer import Racer
 from rumo.studies.roads.cases.rest import Rest
 from rumo.studies.roads.cases.sine import Sine
 from rumo.studies.roads.cases.tracks import Tracks
@@ -54,6 +56,9 @@ CASES: Mapping[str, Case] = MappingProxyType(
         ),
         "moose": Moose(65.0),
         "rest": Rest(),
+        "ice": Ice(),
+        "racer": Racer(),
+        "racer-along": Racer(along=0.7),
     }
 )
 """What is driven, by name."""

@@ -18,7 +18,6 @@ from rumo.studies.drive import (
     DriveRun,
     DriveSetting,
     driven_car,
-    driven_road,
     estimator_of,
     noise_of,
 )
@@ -40,6 +39,8 @@ PATIENCE = 1.5
 BETWEEN = 8
 """Parts of a sample at whose ends the car's corners are compared with the cones: a tenth of a metre."""
 CHANGE = iso_3888_2(CAR.width)
+MARGIN = 0.19
+"""Between the sides of the car and the cones that its path leads past: almost all that the first lane has [m]."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +151,7 @@ class Moose(Case):
 @lru_cache
 def road_of() -> DrivenRoad:
     """The lanes and the line through them."""
-    return driven_road("iso-3888-2", CAR)
+    return DrivenRoad(CHANGE.track(), CHANGE.path(MARGIN), CHANGE.cones())
 
 
 @lru_cache
