@@ -168,6 +168,20 @@ def test_what_is_missing_counts_as_missed():
     assert (Goal(1.0).met(1.0), Goal(1.0).met(1.1), Goal(1.0, at_least=True).met(0.9)) == (True, False, False)
 
 
+def test_findings_name_what_only_the_rti_loses():
+    ended = {"finished": {"outcome": "finished"}, "lost": {"outcome": "lost"}}
+    drives = {"rti": {"a": ended["lost"], "b": ended["lost"]}, "nlp": {"a": ended["finished"], "b": ended["lost"]}}
+    rows = {name: [Row("Held", 50.0, "%", Goal(100.0, at_least=True), "1 of 2").content] for name in drives}
+    content = {"cases": {"x": {"title": "X", "told": "", "rows": rows, "drives": drives}}, "left_out": {}}
+    assert findings(content) == [
+        "RTI meets 0 of 1 goals; it misses X: held 50.0 % (1 of 2).",
+        "Direct NLP meets 0 of 1 goals; it misses X: held 50.0 % (1 of 2).",
+        "RTI loses, where NLP does not: X, a.",
+    ]
+    drives["nlp"]["a"] = ended["finished"] | {"whole": False}
+    assert findings(content)[-1] == "RTI loses no drive that NLP holds."
+
+
 def test_cases_that_cannot_be_driven_are_left_out_with_a_sentence(monkeypatch):
     sentence = "Not driven: commonroad-vehicle-models is not here."
     monkeypatch.setattr(type(CASES["multi-body"]), "lacking", sentence)

@@ -54,7 +54,8 @@ def driven_until(
         log: Any = getattr(error, "log", None)
         if log is None or not log.sizes["time"]:
             raise
-        return log.assign_attrs(outcome=LOST, ended=f"Lost: {error}")
+        end = float(log["time"].to_numpy()[-1])
+        return log.assign_attrs(outcome=LOST, ended=f"Lost after {end:.2f} s: the plant could not go on, as in a spin.")
 
 
 def recorded(log: xr.Dataset, figures: Mapping[str, Any], seen: Driven) -> RoadDrive:

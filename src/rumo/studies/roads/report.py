@@ -7,12 +7,27 @@ from typing import Any
 
 from rumo.report.contents import Section
 from rumo.report.tables import Table, number
+from rumo.studies.kpis import KPIS
 from rumo.studies.looks import label
 from rumo.studies.roads.case import Conditions
 from rumo.studies.roads.cases import CASES
 from rumo.studies.roads.charts import case_charts
 
 MET, MISSED = "met", "MISSED"
+OWN = {
+    "position_rms_m": "Position error\nafter 2 s, RMS [m]",
+    "position_max_m": "largest\n[m]",
+    "entry_km_h": "Clean entry\n[km/h]",
+    "touched_at_km_h": "Touched at\n[km/h]",
+    "left_at_km_h": "Left at\n[km/h]",
+    "speed_m_s": "Speed\n[m/s]",
+    "sideslip_max_deg": "Sideslip,\nlargest [degrees]",
+    "lateral_deviation_max_after_3s_m": "The same\nafter 3 s [m]",
+}
+"""Heads of figures that only this study has."""
+HEADS: dict[str, str] = (
+    {kpi.key: f"{kpi.title}\n[{kpi.unit}]" for kpi in KPIS.values()} | {"distance_m": "Distance\n[m]"} | OWN
+)
 HIDDEN = ("outcome", "ended", "motion")
 """Parts of a drive that are no figures."""
 
@@ -67,13 +82,15 @@ def findings(content: Mapping[str, Any]) -> list[str]:
         f"{case['title']}, {variant}"
         for case in cases.values()
         for variant in held(case, "nlp")
-        if variant in case["drives"].get("rti", {}) and variant not in held(case, "rti")
+        if case["drives"]["nlp"][variant].get("whole", True)  # of a part of a lap a whole one cannot be judged
+        and variant in case["drives"].get("rti", {})
+        and variant not in held(case, "rti")
     ]
     if any({"rti", "nlp"} <= set(case["drives"]) for case in cases.values()):
         told.append(
             f"RTI loses, where NLP does not: {'; '.join(lost)}." if lost else "RTI loses no drive that NLP holds."
         )
-    told += [f"{CASES[name].title}: {why}" for name, why in content["left_out"].items()]
+    told.extend(f"{CASES[name].title}: {why}" for name, why in content["left_out"].items())
     return told
 
 
@@ -88,7 +105,7 @@ def drives_table(case: Mapping[str, Any]) -> Table:
     keys = list(dict.fromkeys(key for *_, each in drives for key in each if key not in HIDDEN))
     shown = [key for key in keys if any(isinstance(each.get(key), int | float) for *_, each in drives)]
     shown = [key for key in shown if not any(isinstance(each.get(key), bool) for *_, each in drives)]
-    heads = ["", "", "", *(key.replace("_", " ", 1).replace("_", " ") for key in shown)]
+    heads = ["", "", "", *(HEADS.get(key, key) for key in shown)]
     rows = [
         [label(name), variant, each["outcome"], *(number(each.get(key)) for key in shown)]
         for name, variant, each in drives

@@ -55,8 +55,8 @@ CASES: Mapping[str, Case] = MappingProxyType(
             over=None,
         ),
         "moose": Moose(65.0),
-        "rest": Rest(),
         "ice": Ice(),
+        "rest": Rest(),
         "racer": Racer(),
         "racer-along": Racer(along=0.7),
     }
