@@ -173,7 +173,9 @@ def test_quiet_says_nothing_but_errors(tmp_path):
     assert runner.invoke(app, ["models", "--quiet"]).stdout.split() == list(MODELS)
 
 
-STUDIES = [["study", name] for name in ("paper", "faults", "discretization", "linearization", "estimation")]
+STUDIES = [
+    ["study", name] for name in ("paper", "faults", "discretization", "linearization", "estimation", "race-line")
+]
 
 
 @pytest.mark.parametrize("command", [[], ["study"], *STUDIES, ["drive"], ["bench"], ["models"]])

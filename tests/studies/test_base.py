@@ -22,6 +22,7 @@ from rumo.studies.discretization import CASES, DiscretizationStudy
 from rumo.studies.estimation import EstimationStudy
 from rumo.studies.faults import FaultStudy
 from rumo.studies.linearization import LinearizationStudy
+from rumo.studies.race_line import RaceLineStudy
 
 STUDIES = {
     "paper": PaperStudy(("rti", "nlp"), duration=0.4),
@@ -29,6 +30,7 @@ STUDIES = {
     "linearization": LinearizationStudy(("rti", "ltv"), {"speed": (8.0, 9.0), "noise": (1.0,)}, duration=0.4),
     "drive": Drive("oval", distance=15.0, backend="portable"),
     "estimation": EstimationStudy(("start",), ("ekf", "mhe"), (0,), 2.0, 5, Drive("oval", backend="portable")),
+    "race-line": RaceLineStudy(("oval",), spacing=8.0),
     "discretization": DiscretizationStudy(("van-de-vusse",), ("implicit-euler", "radau2"), backend="portable"),
 }
 

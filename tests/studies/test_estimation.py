@@ -137,9 +137,9 @@ def test_seeds_are_taken_together():
     assert content["plain"]["estimators"]["mhe"]["update_time_ratio"] == 1.0
 
 
-def entry(position, ratio=1.0, **others):
+def entry(position, ratio=1.0, mu=None, **others):
     usual = {"beyond": None, "farthest": None, "settled_s": 0.0, "lost": 0, "drives": 5}
-    return {"rmse": {"position": position}, "update_time_ratio": ratio, **usual, **others}
+    return {"rmse": {"position": position} | ({"mu": mu} if mu else {}), "update_time_ratio": ratio, **usual, **others}
 
 
 @pytest.mark.parametrize(
@@ -158,14 +158,14 @@ def entry(position, ratio=1.0, **others):
         ),
         (
             "bounds",
-            {"ekf": entry(0.02, beyond=0.25, farthest=0.125), "mhe": entry(0.02, beyond=0.0, farthest=0.0)},
-            "EKF and MHE know the position to 0.020 m: no difference. EKF was beyond the bound in 25 % of the samples, "
-            "by up to 0.12.",
+            {"ekf": entry(0.02, mu=0.1, beyond=0.25, farthest=0.125), "mhe": entry(0.02, mu=0.14, beyond=0.0)},
+            "EKF and MHE know the position to 0.020 m: no difference. What is unknown besides is known by EKF to "
+            "0.10, MHE to 0.14. EKF was beyond the bound in 25 % of the samples, by up to 0.12.",
         ),
         (
             "start",
             {"ekf": entry(0.02, settled_s=0.4), "mhe": entry(0.02, settled_s=None)},
-            "EKF and MHE know the position to 0.020 m: no difference. The position stays within 0.1 m, at worst: EKF "
+            "EKF and MHE know the position to 0.020 m: no difference. The heading stays within 0.01 rad, at worst: EKF "
             "after 0.40 s, MHE never.",
         ),
         ("plain", {"ekf": entry(0.02)}, ""),

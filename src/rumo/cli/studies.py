@@ -202,3 +202,33 @@ def estimation(
             replace(ROAD, track=track),
         )
         run_study(settings, output, as_json=as_json, quiet=quiet, jobs=jobs, resume=resume)
+
+
+@study.command()
+def race_line(
+    tracks: Annotated[
+        str | None,
+        typer.Option(help="Which tracks, by name or file, comma-separated; those shipped if not given."),
+    ] = None,
+    vehicle: Annotated[str, typer.Option(help="A vehicle by name, or a TOML file.")] = "passenger",
+    grip: Annotated[float, typer.Option(help="Share of friction that is used.")] = 0.9,
+    margin: Annotated[
+        float | None,
+        typer.Option(help="From line to edges [m]; half the car's width and 0.3 m if not given."),
+    ] = None,
+    spacing: Annotated[float, typer.Option(help="Of the nodes of the nonlinear program [m].")] = 1.0,
+    drive: Annotated[bool, typer.Option("--drive", help="Drive a lap of each line.")] = False,
+    width: Annotated[float | None, typer.Option(help="Of tracks from files that have none [m].")] = None,
+    smoothing: Annotated[float | None, typer.Option(help="Of centre lines from files [m].")] = None,
+    output: Output = Path("out"),
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Which line is fast. Least time beside least curvature and the centre line, timed, and driven if wanted."""
+    with errors_in_words():
+        from rumo.references import TRACKS
+        from rumo.studies.race_line import RaceLineStudy
+
+        names = tuple(TRACKS if tracks is None else words(tracks))
+        settings = RaceLineStudy(names, vehicle, grip, margin, spacing, drive, width, smoothing)
+        run_study(settings, output, as_json=as_json, quiet=quiet)

@@ -55,7 +55,7 @@ def minimum_curvature(track: Track, margin: float = 0.0, *, spacing: float = 2.0
     path = track.path
     n = max(int(np.ceil(path.length / positive_number(spacing, "spacing"))), 8)
     s = np.linspace(0.0, path.length, n + 1)[: n if path.closed else n + 1]
-    lower, upper = _bounds(track, s, least)
+    lower, upper = room_aside(track, s, least)
     centre = path.at(s)
     p = np.stack([centre.x, centre.y])
     normal = np.stack([-np.sin(centre.heading), np.cos(centre.heading)])
@@ -72,7 +72,11 @@ def minimum_curvature(track: Track, margin: float = 0.0, *, spacing: float = 2.0
     return Path((p + alpha * normal).T, path.closed)
 
 
-def _bounds(track: Track, s: Array, margin: float) -> tuple[Array, Array]:
+def room_aside(track: Track, s: Array, margin: float) -> tuple[Array, Array]:
+    """How far a line may be to the right, negative, and to the left of a track's path at arc lengths s (n,) [m].
+
+    Within margins of the edges, and of where normals of the path would meet. Raises where nothing is left.
+    """
     left, right = track.limits(s)
     kappa = track.path.at(s).curvature
     with np.errstate(divide="ignore"):

@@ -25,8 +25,10 @@ TITLES = {
 """Signals that sensors measure, from top to bottom."""
 FIRST_SECONDS = 4.0
 """Of a wrong start, what is shown [s]."""
-SMALLEST = 1e-3
-"""Smaller errors are drawn as this one, on logarithmic axes [m]."""
+SMALLEST = 1e-4
+"""Smaller errors are drawn as this one, on logarithmic axes [rad]."""
+APART = 0.16
+"""Between the marks of estimators that are alike, as a share of the distance of signals."""
 
 
 def chart(question: str, content: Mapping[str, Any], results: Results) -> Chart | Panels | None:
@@ -46,16 +48,16 @@ def error_chart(question: str, content: Mapping[str, Any]) -> Panels:
     """Error of each signal over the noise of its sensor, for each estimator a mark."""
     asked, noise = content["questions"][question], content["noise"]
     sensors = {**noise, "position": float(np.hypot(noise["p_x"], noise["p_y"]))}
-    rows = {name: -i for i, name in enumerate(TITLES)}
+    rows, every = {name: -i for i, name in enumerate(TITLES)}, asked["estimators"]
 
-    def marks(name: str, found: Mapping[str, Any]) -> Line:
+    def marks(i: int, name: str, found: Mapping[str, Any]) -> Line:
         known = {signal: value for signal, value in found["rmse"].items() if signal in rows and value is not None}
         ratio = np.array([value / sensors[signal] for signal, value in known.items()])
-        places = np.array([float(rows[signal]) for signal in known])
+        places = np.array([float(rows[signal]) for signal in known]) + APART * (0.5 * (len(every) - 1) - i)
         contender = CONTENDERS[name]
         return Line(contender.title, ratio, places, Look(contender.look.color, "", 1.0, contender.look.marker, 7.0))
 
-    lines = tuple(marks(name, found) for name, found in asked["estimators"].items())
+    lines = tuple(marks(i, name, found) for i, (name, found) in enumerate(every.items()))
     raw = Line("Sensor alone", np.ones(2), np.array([min(rows.values()) - 0.7, 0.7]), REFERENCE)
     return Panels(
         f"errors-{question}",
@@ -63,7 +65,7 @@ def error_chart(question: str, content: Mapping[str, Any]) -> Panels:
         "Root mean square error over the noise of the sensor [1]",
         "",
         (("", (*lines, raw)),),
-        height=2.6,
+        height=3.0,
         across=1,
         names=tuple((float(row), TITLES[signal]) for signal, row in rows.items()),
         logarithmic="x",
@@ -71,21 +73,21 @@ def error_chart(question: str, content: Mapping[str, Any]) -> Panels:
 
 
 def start_chart(question: str, drives: Mapping[str, Any]) -> Chart:
-    """Error of the position from the start on, in the drives of the first seed."""
+    """Error of the heading from the start on, in the drives of the first seed."""
     lines: list[Line] = []
     for name, of in drives.items():
         found = next(iter(of.values())).outcome
-        time, error = _array(found["time_s"]), _array(found["position_error_m"])
+        time, error = _array(found["time_s"]), np.abs(_array(found["heading_error_rad"]))
         shown = time <= FIRST_SECONDS
         look = CONTENDERS[name].look
         lines.append(Line(CONTENDERS[name].title, time[shown], np.maximum(error[shown], SMALLEST), _plain(look)))
     ends = np.array([0.0, FIRST_SECONDS])
-    lines.append(Line(f"Settled, {NEAR:g} m", ends, np.full(2, NEAR), LIMIT))
+    lines.append(Line(f"Settled, {NEAR:g} rad", ends, np.full(2, NEAR), LIMIT))
     return Chart(
         f"errors-{question}",
-        f"{QUESTIONS[question].title}: error of the position",
+        f"{QUESTIONS[question].title}: error of the heading",
         "Time [s]",
-        "Distance from the car [m]",
+        "Error of the heading [rad]",
         tuple(lines),
         logarithmic="y",
     )

@@ -20,7 +20,7 @@ def finding(question: str, estimators: Mapping[str, Mapping[str, Any]]) -> str:
     asked = QUESTIONS[question]
     said = [_ranked(estimators)]
     if asked.extra:
-        said.append(_beyond(estimators))
+        said += [_unknown(next(iter(asked.extra)), estimators), _beyond(estimators)]
     if asked.off:
         said.append(_settled(estimators))
     said += [_lost(estimators), _times(estimators)]
@@ -42,6 +42,12 @@ def _ranked(estimators: Mapping[str, Mapping[str, Any]]) -> str:
     return f"{said}; {', '.join(f'{_title(name)} to {_metres(error)}' for error, name in others)}."
 
 
+def _unknown(name: str, estimators: Mapping[str, Mapping[str, Any]]) -> str:
+    errors = {each: found["rmse"].get(name) for each, found in estimators.items()}
+    told = [f"{_title(each)} to {error:.2f}" for each, error in errors.items() if error is not None]
+    return f"What is unknown besides is known by {', '.join(told)}." if told else ""
+
+
 def _beyond(estimators: Mapping[str, Mapping[str, Any]]) -> str:
     over = {name: found for name, found in estimators.items() if found["beyond"]}
     if not over:
@@ -61,7 +67,7 @@ def _settled(estimators: Mapping[str, Mapping[str, Any]]) -> str:
         f"{_title(name)} {'never' if found['settled_s'] is None else 'after {:.2f} s'.format(found['settled_s'])}"
         for name, found in estimators.items()
     ]
-    return f"The position stays within {NEAR:g} m, at worst: {', '.join(said)}."
+    return f"The heading stays within {NEAR:g} rad, at worst: {', '.join(said)}."
 
 
 def _lost(estimators: Mapping[str, Mapping[str, Any]]) -> str:

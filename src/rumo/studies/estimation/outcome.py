@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 SETTLED = 1.0
 """Errors leave out the time until then, where the start is not what is asked [s]."""
-NEAR = 0.1
-"""An estimate has settled when its position stays closer than this to the car's [m]."""
+NEAR = 0.01
+"""An estimate has settled when its heading stays closer than this to the car's [rad]."""
 DRIVE = ("lateral_deviation_rms", "lateral_deviation_max", "time_off_track")
 """What is said of the drive that came of it, see `rumo.studies.kpis`."""
 BEYOND = 1e-6
@@ -60,9 +60,9 @@ def outcome(
     -------
     dict
         `rmse`: root mean square error of the estimates by signal, in its unit; `position` in m. `settled_s`: from when
-        on the position is known to within `NEAR`. `beyond`: share of the samples at which an unknown was beyond its
+        on the heading is known to within `NEAR`. `beyond`: share of the samples at which an unknown was beyond its
         bounds, and `farthest`: the largest amount. `nis`, `nis_expected`, `nis_interval`. The `DRIVE`'s figures,
-        `lost`. `time_s`, `position_error_m` and `unknowns` by sample.
+        `lost`. `time_s`, `heading_error_rad` and `unknowns` by sample.
     """
     log = drive.log
     counts = drive.time >= after
@@ -77,7 +77,7 @@ def outcome(
     judged = consistency(log, after=after)
     return {
         "rmse": {name: rms(values[counts]) for name, values in found.items()},
-        "settled_s": _settled(drive.time, found["position"]),
+        "settled_s": _settled(drive.time, np.abs(found["psi"])),
         "beyond": float(np.mean([(each > BEYOND).mean() for each in over])) if over else None,
         "farthest": largest(np.maximum(np.concatenate(over), 0.0)) if over else None,
         "nis": judged.nis,
@@ -86,7 +86,7 @@ def outcome(
         **kpis(drive, DRIVE),
         "lost": log.attrs.get("outcome") == LOST,
         "time_s": drive.time.tolist(),
-        "position_error_m": _known(found["position"]),
+        "heading_error_rad": _known(found["psi"]),
         "unknowns": {name: _known(values) for name, values in unknowns.items()},
     }
 

@@ -1,0 +1,168 @@
+"""The line around a track on which a lap takes least time, by IPOPT."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from rumo.checks import checked, non_negative_number, positive_number, whole_number
+from rumo.errors import ArgumentError
+from rumo.interrupts import interruptible
+from rumo.references import Path, SpeedLimits, Track, speed_profile
+from rumo.references.race_line import room_aside
+from rumo.signals import Array, read_only
+
+FOUND, TIRED = "found", "not found"
+ANGLE = 1.0
+"""Largest angle between line and track [rad]."""
+SLOWEST = 1.0
+"""Least speed on a lap [m/s]."""
+BEGIN = 0.9
+"""Share of the centre line's speeds at which the search begins."""
+
+
+@dataclass(frozen=True, eq=False)
+class MinimumTime:
+    """A lap of least time.
+
+    Attributes
+    ----------
+    path : Path
+        The line.
+    s : ndarray, (N,)
+        Arc lengths of the centre line at which it was found [m].
+    aside : ndarray, (N,)
+        How far the line is to the left of the centre line there [m].
+    speed : ndarray, (N,)
+        There [m/s].
+    duration : float
+        Of the lap, as the nonlinear program has it [s].
+    outcome : str
+        `FOUND`, or `TIRED` where IPOPT came to no end; the line is the last it tried.
+    iterations : int
+        Of IPOPT.
+    """
+
+    path: Path
+    s: Array
+    aside: Array
+    speed: Array
+    duration: float
+    outcome: str
+    iterations: int
+
+
+def minimum_time(
+    track: Track,
+    limits: SpeedLimits,
+    margin: float = 0.0,
+    *,
+    turning: float = 0.15,
+    spacing: float = 1.0,
+    max_iterations: int = 500,
+) -> MinimumTime:
+    """Find the line and the speeds around a closed track that take least time.
+
+    Parameters
+    ----------
+    track : Track
+        Closed.
+    limits : SpeedLimits
+        Within an ellipse, as of `SpeedLimits.race`.
+    margin : float
+        See `minimum_curvature` [m].
+    turning : float
+        Largest rate at which the line's curvature changes in time, which is about the steering rate over the wheelbase
+        [1/(m s)].
+    spacing : float
+        Of the nodes along the centre line, at most [m].
+    max_iterations : int
+        Of IPOPT.
+
+    Raises
+    ------
+    ArgumentError
+        If the track is open, limits are no ellipse, or margins leave nothing of the track.
+
+    Notes
+    -----
+    A point mass by its place beside the centre line, in the arc length s of that (Verschueren et al., 2014): distance
+    n, angle chi to it, squared speed w, and curvature c of the line, with driving, braking and dc/dsigma as inputs,
+    constant between nodes. With kappa of the centre line and sigma along the line, dsigma/ds =
+    (1 - n kappa) / cos(chi), dn/ds = (1 - n kappa) tan(chi), dchi/ds = c dsigma/ds - kappa, dw/dsigma =
+    2 (driving - braking - drag w). The trapezoidal rule, and time as of constant accelerations, as a `SpeedProfile`
+    has them, whose limits hold at nodes.
+    """
+    path = checked(track, "track", Track).path
+    if not path.closed:
+        raise ArgumentError("track", "an open one", "a closed one, for a lap that ends as it began")
+    if checked(limits, "limits", SpeedLimits).driving_left is not None or limits.braking_left is not None:
+        raise ArgumentError("limits", "tables of what is left", "an ellipse such as SpeedLimits.race(grip)")
+    rate = positive_number(turning, "turning")
+    most = whole_number(max_iterations, "max_iterations", 1)
+    N = max(int(np.ceil(path.length / positive_number(spacing, "spacing"))), 16)
+    s = np.linspace(0.0, path.length, N + 1)[:-1]
+    lower, upper = room_aside(track, s, non_negative_number(margin, "margin"))
+    kappa, h = path.at(s).curvature, path.length / N
+    speed = BEGIN * speed_profile(path, limits).speed_at(s)
+
+    opti = ca.Opti()
+    reach, fastest, bend = float(np.abs(np.r_[lower, upper]).max()), limits.top**2, float(np.abs(kappa).max()) + 0.02
+    push = max(limits.driving, limits.braking)
+    # Variables of order 1.
+    n, chi = reach * opti.variable(N), opti.variable(N)
+    w, c = fastest * opti.variable(N), bend * opti.variable(N)
+    driving, braking = push * opti.variable(N), push * opti.variable(N)
+    twist = 0.01 * opti.variable(N)
+    along = (1.0 - n * kappa) / ca.cos(chi)
+
+    def following(values: Any) -> Any:
+        """Values at the next node."""
+        return ca.vertcat(values[1:], values[0])
+
+    def mean(values: Any) -> Any:
+        return 0.5 * (values + following(values))
+
+    length = h * mean(along)
+    opti.subject_to(following(n) - n == h * mean((1.0 - n * kappa) * ca.tan(chi)))
+    opti.subject_to(following(chi) - chi == h * (mean(c * along) - 0.5 * (kappa + np.roll(kappa, -1))))
+    opti.subject_to(following(c) - c == twist * length)
+    opti.subject_to((following(w) - w) / push == 2.0 * length * (driving - braking - limits.drag * mean(w)) / push)
+    across = c * w / limits.lateral
+    opti.subject_to((driving / limits.driving) ** 2 + across**2 <= 1.0)
+    opti.subject_to((braking / limits.braking) ** 2 + following(across) ** 2 <= 1.0)
+    if limits.power < np.inf:
+        opti.subject_to(driving**2 * w / limits.power**2 <= 1.0)
+    opti.subject_to(twist**2 * w / rate**2 <= 1.0)
+    opti.subject_to(opti.bounded(0.0, driving / push, 1.0))
+    opti.subject_to(opti.bounded(0.0, braking / push, 1.0))
+    opti.subject_to(opti.bounded(lower / reach, n / reach, upper / reach))
+    opti.subject_to(opti.bounded(-ANGLE, chi, ANGLE))
+    opti.subject_to(opti.bounded(SLOWEST**2 / fastest, w / fastest, 1.0))
+    v = ca.sqrt(w)
+    time = ca.sum1(2.0 * length / (v + following(v)))
+    opti.minimize(time)
+    for variable, guess in ((n, np.clip(0.0, lower, upper)), (w, speed**2), (c, kappa)):
+        opti.set_initial(variable, guess)
+    opti.solver("ipopt", {"print_time": False}, {"print_level": 0, "sb": "yes", "max_iter": most, "tol": 1e-6})
+    outcome = FOUND
+    with interruptible():
+        try:
+            value = opti.solve().value
+        except RuntimeError:  # which Opti raises where IPOPT has found no solution
+            outcome, value = TIRED, opti.debug.value
+    aside, squared = np.asarray(value(n), dtype=float), np.asarray(value(w), dtype=float)
+    iterations = int(opti.stats()["iter_count"])
+    line = Path(path.offset(s, aside), closed=True)
+    return MinimumTime(
+        line,
+        read_only(s),
+        read_only(aside),
+        read_only(np.sqrt(squared)),
+        float(value(time)),
+        outcome,
+        iterations,
+    )
