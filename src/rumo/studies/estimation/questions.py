@@ -9,8 +9,8 @@ from rumo.estimation import ExtendedKalman, ExtraState
 from rumo.simulation import Scenario, Sensors
 from rumo.simulation.faults import Outliers
 
-BEGUN = (1.0, float("inf"))
-"""When measurements begin to have gross errors: an estimator knows by then where it is [s]."""
+GROSS = {"p_x": 1.0, "p_y": 1.0, "psi": 0.1, "v_x": 2.0, "v_y": 2.0, "omega": 0.5}
+"""Standard deviation of gross errors."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,8 @@ class Question:
         Standard deviation of gross errors, by measurement; see `Outliers`.
     share : float
         Of the measurements, how many have one.
+    begin : float
+        From when on [s].
     off : mapping of str to float
         How far the first estimates are from where the car is.
     claimed : mapping of str to float
@@ -45,6 +47,7 @@ class Question:
     meaning: str
     gross: Mapping[str, float] = field(default_factory=dict[str, float])
     share: float = 0.1
+    begin: float = 0.0
     off: Mapping[str, float] = field(default_factory=dict[str, float])
     claimed: Mapping[str, float] = field(default_factory=dict[str, float])
     unmeasured: tuple[str, ...] = ()
@@ -60,7 +63,7 @@ class Question:
 
     def scenario(self, plain: Scenario) -> Scenario:
         """The drive without this question, made harder."""
-        faults = (Outliers(BEGUN, self.gross, self.share, plain.seed),) if self.gross else ()
+        faults = (Outliers((self.begin, float("inf")), self.gross, self.share, plain.seed),) if self.gross else ()
         noise = {name: value for name, value in plain.sensors.noise.items() if name not in self.unmeasured}
         return replace(plain, sensors=Sensors(noise, tuple(noise), late=self.late), faults=faults)
 
@@ -71,7 +74,13 @@ QUESTIONS = {
         "Outliers",
         "From one second on, one measurement of ten has a gross error, each by itself: of 1 m, 0.1 rad, 2 m/s or "
         "0.5 rad/s, as a standard deviation.",
-        gross={"p_x": 1.0, "p_y": 1.0, "psi": 0.1, "v_x": 2.0, "v_y": 2.0, "omega": 0.5},
+        gross=GROSS,
+        begin=1.0,
+    ),
+    "first": Question(
+        "Outliers from the first sample on",
+        "The same, but the first readings, from which the estimate starts, may have gross errors too.",
+        gross=GROSS,
     ),
     "bounds": Question(
         "A bound that physics gives",

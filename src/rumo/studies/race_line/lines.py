@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from rumo.references import Path, SpeedLimits, Track, deviations, minimum_curvature, speed_profile
+from rumo.references import Path, SpeedLimits, SpeedProfile, Track, deviations, minimum_curvature, speed_profile
 from rumo.report.charts import REFERENCE, Look
 from rumo.signals import Array
 from rumo.studies.drive import DrivenCar, DriveRun, DriveSetting
-from rumo.studies.kpis import KPIS, Driven, kpis
+from rumo.studies.kpis import Driven, kpis
 from rumo.studies.race_line.minimum_time import FOUND, minimum_time
 
 CENTRE, CURVATURE, TIME = "centre", "curvature", "time"
@@ -23,7 +23,7 @@ LOOKS = {
     CURVATURE: Look("#E69F00", "dash", 1.6),
     TIME: Look("#0072B2", "solid", 1.6),
 }
-DRIVEN = ("lap_time", "lateral_deviation_rms", "time_off_track")
+DRIVEN = ("lap_time", "lateral_deviation_rms", "time_off_track", "least_room")
 """What is said of a lap that was driven, see `rumo.studies.kpis`."""
 PATIENCE = 1.3
 """A lap may take so many times what the profile takes."""
@@ -62,15 +62,13 @@ class LineRun:
     track : Track
         Closed.
     limits : SpeedLimits
-        An ellipse.
+        Of the car.
     margin : float
         Between line and edges [m].
     turning, spacing : float
         See `minimum_time`.
     driven : DrivenCar, optional
         That drives a lap of it.
-    driving : SpeedLimits, optional
-        At what speeds.
     """
 
     unit: ClassVar[str] = ""
@@ -82,7 +80,6 @@ class LineRun:
     turning: float
     spacing: float
     driven: DrivenCar | None = None
-    driving: SpeedLimits | None = None
 
     def run(self, *, progress: Callable[[int, int], None] | None = None) -> TimedLine:
         """Find it, time it, drive it."""
@@ -109,19 +106,15 @@ class LineRun:
             **found,
         }
         if self.driven is not None:
-            outcome |= self._driven(path, progress)
+            outcome |= self._driven(self.driven, path, profile, progress)
         return TimedLine(path, beside["progress"], beside["lateral_deviation"], np.array(profile.v), outcome)
 
-    def _driven(self, path: Path, progress: Callable[[int, int], None] | None) -> dict[str, Any]:
+    def _driven(
+        self, car: DrivenCar, path: Path, profile: SpeedProfile, progress: Callable[[int, int], None] | None
+    ) -> dict[str, Any]:
         """What came of a lap, the car's state known exactly."""
-        assert self.driven is not None
-        assert self.driving is not None
-        profile = speed_profile(path, self.driving)
-        duration = PATIENCE * profile.duration
-        setting = DriveSetting(path, profile, self.driven, duration, track=self.track)
+        setting = DriveSetting(path, profile, car, PATIENCE * profile.duration, track=self.track)
         run = DriveRun(setting.scenario(), self.track, path, profile, 0.0, path.length)
         log = run.run(progress=progress)
-        plant = self.driven.plant
-        told = kpis(Driven(log, self.track, path, profile, self.driven.car, plant), DRIVEN)
-        own = {f"driven_{KPIS[name].key}": told[KPIS[name].key] for name in DRIVEN}
-        return {**own, "driven_profile_time_s": profile.duration, "ended": str(log.attrs["ended"])}
+        told = kpis(Driven(log, self.track, path, profile, car.car), DRIVEN)
+        return {**{f"driven_{key}": value for key, value in told.items()}, "ended": str(log.attrs["ended"])}

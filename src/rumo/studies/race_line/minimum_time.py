@@ -20,6 +20,8 @@ ANGLE = 1.0
 """Largest angle between line and track [rad]."""
 SLOWEST = 1.0
 """Least speed on a lap [m/s]."""
+CHORDS, CLOSE = 6, 0.02
+"""Chords of a table at most, and how close they are to come to it."""
 BEGIN = 0.9
 """Share of the centre line's speeds at which the search begins."""
 
@@ -71,7 +73,7 @@ def minimum_time(
     track : Track
         Closed.
     limits : SpeedLimits
-        Within an ellipse, as of `SpeedLimits.race`.
+        Of the car; a limit of jerk is not known here.
     margin : float
         See `minimum_curvature` [m].
     turning : float
@@ -85,7 +87,7 @@ def minimum_time(
     Raises
     ------
     ArgumentError
-        If the track is open, limits are no ellipse, or margins leave nothing of the track.
+        If the track is open, or margins leave nothing of it.
 
     Notes
     -----
@@ -99,8 +101,7 @@ def minimum_time(
     path = checked(track, "track", Track).path
     if not path.closed:
         raise ArgumentError("track", "an open one", "a closed one, for a lap that ends as it began")
-    if checked(limits, "limits", SpeedLimits).driving_left is not None or limits.braking_left is not None:
-        raise ArgumentError("limits", "tables of what is left", "an ellipse such as SpeedLimits.race(grip)")
+    checked(limits, "limits", SpeedLimits)
     rate = positive_number(turning, "turning")
     most = whole_number(max_iterations, "max_iterations", 1)
     N = max(int(np.ceil(path.length / positive_number(spacing, "spacing"))), 16)
@@ -132,8 +133,9 @@ def minimum_time(
     opti.subject_to(following(c) - c == twist * length)
     opti.subject_to((following(w) - w) / push == 2.0 * length * (driving - braking - limits.drag * mean(w)) / push)
     across = c * w / limits.lateral
-    opti.subject_to((driving / limits.driving) ** 2 + across**2 <= 1.0)
-    opti.subject_to((braking / limits.braking) ** 2 + following(across) ** 2 <= 1.0)
+    opti.subject_to(_used(driving / limits.driving, across, limits.driving_left) <= 1.0)
+    opti.subject_to(_used(braking / limits.braking, following(across), limits.braking_left) <= 1.0)
+    opti.subject_to(opti.bounded(-1.0, across, 1.0))
     if limits.power < np.inf:
         opti.subject_to(driving**2 * w / limits.power**2 <= 1.0)
     opti.subject_to(twist**2 * w / rate**2 <= 1.0)
@@ -166,3 +168,31 @@ def minimum_time(
         outcome,
         iterations,
     )
+
+
+def _used(along: Any, across: Any, left: tuple[float, ...] | None) -> Any:
+    """At most 1 where a share along the line is left beside one across it: an ellipse, or the chords of a table."""
+    if left is None:
+        return along**2 + across**2
+    places, values = _corners(left)
+    slopes = np.diff(values) / np.diff(places)
+    rows = [
+        along - slope * (sign * across - place) + (1.0 - value)
+        for place, value, slope in zip(places[:-1].tolist(), values[:-1].tolist(), slopes.tolist(), strict=True)
+        for sign in (1.0, -1.0)
+    ]
+    return ca.vertcat(*rows)
+
+
+def _corners(left: tuple[float, ...]) -> tuple[Array, Array]:
+    """Places and values of as few chords of a table as come close to it, and are not above it where it is concave."""
+    every = np.linspace(0.0, 1.0, len(left))
+    places, values = every[[0, -1]], np.array(left)[[0, -1]]
+    for count in range(1, CHORDS + 1):
+        places = np.linspace(0.0, 1.0, count + 1)
+        values = np.interp(places, every, left)
+        slopes = np.diff(values) / np.diff(places)
+        least = np.min(values[:-1, None] + slopes[:, None] * (every[None] - places[:-1, None]), axis=0)
+        if np.abs(least - left).max() <= CLOSE:
+            break
+    return places, values

@@ -38,7 +38,7 @@ def lines_table(outcomes: Mapping[str, Mapping[str, Any]]) -> Table:
     heads = ["", "Length\n[m]", "Lap, by\nprofile [s]", "of centre\nline's [%]", "Slowest\n[m/s]", "Fastest\n[m/s]"]
     heads += [
         "Lap,\nprogram's [s]",
-        *(["Lap, driven\n[s]", "its profile's\n[s]", "Beside\nline [m]"] if driven else []),
+        *(["Lap, driven\n[s]", "Beside\nline [m]", "Least\nroom [m]"] if driven else []),
     ]
     centre = outcomes.get(CENTRE, {}).get("lap_time_s")
     rows: list[list[str]] = []
@@ -55,7 +55,7 @@ def lines_table(outcomes: Mapping[str, Mapping[str, Any]]) -> Table:
         ]
         if driven:
             lap, aside = each.get("driven_lap_time_s"), each.get("driven_lateral_deviation_rms_m")
-            row += ["lost" if lap is None else f"{lap:.2f}", f"{each['driven_profile_time_s']:.2f}", number(aside)]
+            row += ["lost" if lap is None else f"{lap:.2f}", number(aside), number(each["driven_least_room_m"])]
         rows.append(row)
     return Table(heads, rows)
 

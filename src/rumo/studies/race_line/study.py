@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path as FilePath
 from typing import Any
@@ -40,7 +40,7 @@ class RaceLineStudy(Study):
     spacing : float
         Of the nodes of the nonlinear program, at most [m].
     drive : bool
-        Whether the car drives a lap of each line, its state known exactly, at the speeds that its tyres hold.
+        Whether the car drives a lap of each line, by its profile, its state known exactly.
     width, smoothing : float, optional
         Of track files, see `load_track` [m].
 
@@ -87,25 +87,17 @@ class RaceLineStudy(Study):
 
     @property
     def limits(self) -> SpeedLimits:
-        """By which lines are found and timed: a friction ellipse, the car's motor, brakes and drag."""
-        car, most = self.car, self.car.limits
-        circle = SpeedLimits.race(
-            self.grip, mu=car.mu, top=min(most.speed, 100.0), power=most.power / car.m, drag=car.b_lon / car.m
-        )
-        return replace(
-            circle,
-            driving=min(circle.driving, most.acceleration),
-            braking=min(circle.braking, most.braking),
-        )
+        """By which lines are found, timed and driven: what the car's tyres hold, its motor and its brakes."""
+        return SpeedLimits.of_car(self.car, self.grip)
 
     def runs(self) -> dict[Key, Run]:
         """A line for each track and kind."""
         car = self.car
         margin = 0.5 * car.width + SPARE if self.margin is None else self.margin
         turning = usual_limits(car)[1] / car.wheelbase
-        driven = (self._base.driven_car, SpeedLimits.of_car(car, self.grip)) if self.drive else (None, None)
+        driven = self._base.driven_car if self.drive else None
         return {
-            (name, line): LineRun(line, road.track, self.limits, margin, turning, self.spacing, *driven)
+            (name, line): LineRun(line, road.track, self.limits, margin, turning, self.spacing, driven)
             for name, road in self.roads.items()
             for line in LINES
         }
@@ -128,7 +120,7 @@ class RaceLineStudy(Study):
         content = self.summary(results)
         lead = (
             f"{self._base.car_name} at a grip of {self.grip:g}, {content['margin_m']:.2f} m from the edges at least. "
-            "All lines are timed by the same speed profile, within a friction ellipse, the motor's power and drag."
+            "All lines are timed by the same speed profile, within what the car's tyres, motor and brakes can do."
         )
         tracks = {name: road.track for name, road in self.roads.items()}
         return Report("Race lines", lead, content, sections(content, results, tracks))
