@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import rumo
+from rumo.references import TRACKS, SpeedProfile, Track
 from rumo.references import Path as Line
-from rumo.references import SpeedProfile, Track
 from rumo.simulation import Plant
 from rumo.studies.kpis import KPIS, Driven, kpis
 from rumo.studies.kpis.base import SUFFIXES, largest, percentile, rms
@@ -139,6 +139,20 @@ def test_the_room_to_the_edges_is_that_of_the_cars_outline():
         assert room == pytest.approx(np.full(50, least), abs=1e-9)
     narrow = kpis(Driven(log, Track(CIRCLE, 9.0, 0.9), car=car), ("time_off_track", "least_room"))
     assert narrow == {"time_off_track_s": pytest.approx(50 * STEP), "least_room_m": pytest.approx(0.9 - outer)}
+
+
+def test_room_where_a_track_crosses_itself():
+    """A car that follows another line than the track's own, from the crossing on, a little beside it."""
+    track, car = TRACKS["eight"](), replace(PASSENGER_CAR, l_f=1.3, l_r=1.3, length=4.4, width=1.8)
+    s = np.linspace(0.0, track.path.length, 200)[:-1]
+    for first in (0, 99):  # both ways across
+        places = track.path.offset(s, -0.3 * np.ones(len(s)))
+        line = Line(places, closed=True)
+        order = np.roll(np.arange(len(s)), -first)
+        states = {"p_x": places[order, 0], "p_y": places[order, 1], "psi": track.path.at(s).heading[order]}
+        room = Driven(log_of(states), track, line, car=car).room
+        # 4 m to the edge, half the width and 0.3 m less, and what corners swing out by.
+        assert 2.3 < room.min() <= room.max() < 4.0 - 0.9
 
 
 def test_braking_straight_ahead_uses_the_friction_that_it_takes():

@@ -99,7 +99,9 @@ class Driven:
         path, reach = self.track.path, self.car.length
         progress = self.deviations["progress"]
         if path is not self.path:
-            progress = deviations(path, {"p_x": x, "p_y": y})["progress"]
+            # Where a track crosses itself, its nearest point may be that of the other way: the heading tells.
+            near = path.project((x[0], y[0]), heading=float(psi[0]))
+            progress = deviations(path, {"p_x": x, "p_y": y}, near=near)["progress"]
         found = np.full(len(x), np.inf)
         for forward, left in _outline(self.car):
             at_x = x + forward * np.cos(psi) - left * np.sin(psi)
