@@ -28,7 +28,7 @@ def sections(
     for name, lines in results.items():
         outcomes = content["tracks"][name]
         figures = [line_chart(name, lines, tracks[name]), along_panels(name, lines, tracks[name])]
-        found.append(Section(name.capitalize(), [lines_table(outcomes), *finding(lines), *figures], brief=True))
+        found.append(Section(titled(name), [lines_table(outcomes), *finding(lines), *figures], brief=True))
     return found
 
 
@@ -102,7 +102,7 @@ def line_chart(name: str, lines: Mapping[str, TimedLine], track: Track) -> Chart
     height = 1.0 + float(np.clip(WIDTH * spans[1] / max(spans[0], 1e-9), LOWEST, HIGHEST))
     return Chart(
         f"line-{name}",
-        f"{name.capitalize()}: {LINES[shown].lower()}, coloured by speed",
+        f"{titled(name)}: {LINES[shown].lower()}, coloured by speed",
         "x [m]",
         "y [m]",
         tuple(drawn),
@@ -123,7 +123,7 @@ def along_panels(name: str, lines: Mapping[str, TimedLine], track: Track) -> Pan
     panels = (("To the left of the centre line [m]", aside), ("Speed [m/s]", speed))
     return Panels(
         f"along-{name}",
-        f"{name.capitalize()}: lines and their speeds",
+        f"{titled(name)}: lines and their speeds",
         ALONG.replace("path", "centre line"),
         "",
         panels,
@@ -131,6 +131,11 @@ def along_panels(name: str, lines: Mapping[str, TimedLine], track: Track) -> Pan
         height=1.9,
         across=1,
     )
+
+
+def titled(name: str) -> str:
+    """A track's name with a capital letter, its others as they are."""
+    return name[:1].upper() + name[1:]
 
 
 def _at(line: TimedLine, s: Any) -> Any:
