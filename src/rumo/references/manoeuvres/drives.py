@@ -6,10 +6,11 @@ import numpy as np
 
 from rumo.checks import non_negative_number, positive_number, whole_number
 from rumo.errors import ArgumentError
+from rumo.references.fastest import speed_profile
 from rumo.references.generators import Bend, bends, circle, straight
 from rumo.references.motion import Rolling
 from rumo.references.paths import Path
-from rumo.references.speed_limits import SpeedLimits, speed_profile
+from rumo.references.speed_limits import SpeedLimits
 from rumo.references.speed_profile import SpeedProfile
 from rumo.references.timed_path import Legs, TimedPath
 
