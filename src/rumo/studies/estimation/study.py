@@ -149,7 +149,6 @@ class Judged:
     """
 
     outcome: dict[str, Any] = field(default_factory=dict[str, Any])
-    log: None = None
 
 
 @dataclass(frozen=True, eq=False)
