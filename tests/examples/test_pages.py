@@ -13,7 +13,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"```python\n(?P<code>.*?)```(?:\n+```text\n(?P<output>.*?)```)?", re.DOTALL)
 
 
-LONG = ("index", "your-own-model", "faults", "where-to-linearise", "which-discretisation")
+LONG = ("index", "your-own-model", "roads", "faults", "where-to-linearise", "which-discretisation")
 """Pages that drive studies, or wait for compilers."""
 
 

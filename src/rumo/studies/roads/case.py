@@ -19,6 +19,7 @@ from rumo.studies.roads.rows import Outcomes, Row
 Variant = str | int | float
 """One of the drives of a case: a seed, the name of a track, a radius."""
 Progress = Callable[[int, int], None]
+CONES = "Cones"
 
 
 @dataclass(frozen=True)
@@ -80,11 +81,14 @@ class Case(ABC):
         A sentence: what is driven.
     controllers : tuple of str
         Who drives it, if nobody is named.
+    marks : str
+        What the cones of its road are.
     """
 
     title: str
     told: str
     controllers: tuple[str, ...] = ("rti", "nlp")
+    marks: str = CONES
 
     @property
     def lacking(self) -> str:

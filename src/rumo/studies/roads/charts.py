@@ -12,7 +12,7 @@ from rumo.report.charts import Chart, Line, Look, Panels
 from rumo.studies.drive.charts import ALONG, PROFILE, path_chart
 from rumo.studies.kpis import Driven
 from rumo.studies.looks import label, look
-from rumo.studies.roads.case import Case, Conditions, Variant, by_variant
+from rumo.studies.roads.case import CONES, Case, Conditions, Variant, by_variant
 from rumo.studies.roads.outcome import RoadDrive
 
 PATH = Look("#444444", "dot", 0.7)
@@ -45,7 +45,7 @@ def case_charts(name: str, case: Case, drives: Drives, conditions: Conditions) -
     if speed is not None:
         chart = path_chart(seen[shown], np.hypot(*speed), road.cones)
         title_of_path = f"{title}, by {label(shown)}, coloured by speed"
-        lines = chart.lines
+        lines = tuple(replace(line, name=case.marks) if line.name == CONES else line for line in chart.lines)
         if seen[shown].track is None or road.cones is not None:
             s = np.linspace(0.0, road.path.length, max(200, round(4.0 * road.path.length)))
             points = road.path.at(s)

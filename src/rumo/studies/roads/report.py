@@ -102,7 +102,7 @@ def held(case: Mapping[str, Any], controller: str) -> list[str]:
 def drives_table(case: Mapping[str, Any]) -> Table:
     """All drives of a case with their figures."""
     drives = [(name, variant, each) for name, found in case["drives"].items() for variant, each in found.items()]
-    keys = list(dict.fromkeys(key for *_, each in drives for key in each if key not in HIDDEN))
+    keys: list[str] = list(dict.fromkeys(str(key) for *_, each in drives for key in each if key not in HIDDEN))
     shown = [key for key in keys if any(isinstance(each.get(key), int | float) for *_, each in drives)]
     shown = [key for key in shown if not any(isinstance(each.get(key), bool) for *_, each in drives)]
     heads = ["", "", "", *(HEADS.get(key, key) for key in shown)]

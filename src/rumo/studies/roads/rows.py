@@ -86,7 +86,7 @@ def largest(outcomes: Outcomes, name: str) -> tuple[float | None, str]:
     if not found or len(found) < len(outcomes):
         return None, listed(variant for variant in outcomes if variant not in found)
     worst = max(found, key=lambda variant: found[variant])
-    return found[worst], str(worst)
+    return found[worst], listed([worst])
 
 
 def median(outcomes: Outcomes, name: str) -> float | None:
@@ -105,4 +105,4 @@ def share(outcomes: Outcomes, wanted: str) -> tuple[float, str]:
 
 def listed(items: Iterable[Any]) -> str:
     """Names one after the other."""
-    return ", ".join(str(item) for item in items)
+    return ", ".join(f"{item:g}" if isinstance(item, float) else str(item) for item in items)

@@ -58,7 +58,7 @@ CASES: Mapping[str, Case] = MappingProxyType(
         "ice": Ice(),
         "rest": Rest(),
         "racer": Racer(),
-        "racer-along": Racer(along=0.7),
+        "racer-along": Racer(along=0.6),
     }
 )
 """What is driven, by name."""

@@ -52,6 +52,7 @@ class Ice(Case):
     radii: tuple[float, ...] = (25.0, 50.0, 100.0, 200.0)
 
     title = "Ice"
+    marks = "Where the ice begins and ends"
     told = (
         f"Bends that take {100.0 * USED:g} % of the dry friction of {DRY:g}; {LENGTH:g} m of them have one of {ICE:g}, "
         "below the whole car as soon as its centre of gravity is there. Controller, filter and profile are told of dry "
@@ -95,9 +96,9 @@ class Ice(Case):
         back, late = largest(outcomes, "lateral_deviation_max_after_3s_m")
         return [
             Row("Held", held, "%", Goal(100.0, at_least=True), note),
-            Row("Sideslip, largest", slip, "degrees", Goal(SPIN), self.variant_words(sideways)),
+            Row("Sideslip, largest", slip, "degrees", Goal(SPIN), f"radius {sideways} m"),
             Row("Lateral deviation, largest", most, "m"),
-            Row("The same from 3 s after the ice began", back, "m", Goal(1.0), self.variant_words(late)),
+            Row("The same from 3 s after the ice began", back, "m", Goal(1.0), f"radius {late} m"),
         ]
 
     def worst(self, outcomes: Outcomes) -> Variant:
@@ -106,7 +107,7 @@ class Ice(Case):
 
     def variant_words(self, variant: Variant) -> str:
         """For readers."""
-        return f"radius {variant} m" if variant else ""
+        return f"radius {float(variant):g} m"
 
     def scene(self, variant: Variant, conditions: Conditions) -> tuple[DrivenRoad, Callable[[Any], Driven]]:
         """The bend, and where the ice begins and ends."""
