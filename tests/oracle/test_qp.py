@@ -81,8 +81,8 @@ def test_newtons_method_gets_there_from_anywhere(seed, soft):
     conditions = Conditions(replace(p, rows=csc_array(np.tile(p.rows.toarray(), (3, 1))), **again))
     far = Point(10.0 * rng.normal(size=12), np.zeros(0), rng.exponential(10.0, len(conditions.c)))
     point, _ = conditions.minimise(conditions.approach(far))
-    # How copies share the price of their row is a matter of a regularisation of 1e-8, so of rounding, which differs from
-    # processor to processor: at the kink of a soft row, forces balance to 1e-10 or so.
+    # How copies share the price of their row is a matter of a regularisation of 1e-8, and so of rounding, which differs
+    # from processor to processor: at the kink of a soft row, forces balance to 1e-10 or so.
     assert conditions.residual(point) < KKT_TOLERANCE
     np.testing.assert_allclose(point.q, qpoases(replace(p, l1=3.0 * p.l1, l2=3.0 * p.l2)), atol=1e-7)
 

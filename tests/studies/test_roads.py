@@ -10,19 +10,15 @@ from typer.testing import CliRunner
 
 import rumo
 from rumo.cli.app import app
-from rumo.references import Path
 from rumo.references.manoeuvres import iso_3888_2
 from rumo.report.figures import draw
-from rumo.simulation import Plant
 from rumo.studies.base import carry_out, nested
 from rumo.studies.roads import CASES, Conditions, Goal, RoadStudy, Row
 from rumo.studies.roads.cases.moose import least_room
 from rumo.studies.roads.outcome import log_of
-from rumo.studies.roads.patch import Patch
 from rumo.studies.roads.report import findings, goals_table
 from rumo.studies.roads.rows import largest, median, share
-from rumo.vehicles import PASSENGER_CAR, four_wheel
-from rumo.vehicles.four_wheel import WHEELS
+from rumo.vehicles import PASSENGER_CAR
 from rumo.vehicles.parameters import GRAVITY
 
 SHORT = RoadStudy(("sine-12", "tracks"), ("rti", "nlp"), seeds=(0,), tracks=("eight",), nlp_distance=15.0)
@@ -93,21 +89,6 @@ def test_every_case_says_what_it_is(name):
         road, _ = case.scene(variant, conditions)
         assert road.path.length > 0.0
         assert case.variant_words(variant)
-
-
-@pytest.mark.parametrize("s", [5.0, 25.0])
-def test_friction_is_that_of_the_place(s):
-    path, plant = Path.from_curvature((0.0, 50.0), (0.0, 0.0)), Plant(four_wheel(PASSENGER_CAR), 0.04)
-    icy = Patch(plant, path, (20.0, 40.0), 0.3)
-    motion = {"p_x": s, "v_x": 20.0, "delta": 0.1, **{f"w_{wheel}": 20.0 / PASSENGER_CAR.r for wheel in WHEELS}}
-    x, u = plant.states.vector(dict.fromkeys(plant.states, 0.0) | motion, "x"), np.zeros(len(plant.inputs))
-    p = plant.model.parameter_vector({"mu": 0.9})
-    there = plant.model.parameter_vector({"mu": 0.3 if s > 20.0 else 0.9})
-    expected = plant.advance(x, u, there)
-    np.testing.assert_allclose(icy.advance(x, u, p), expected, rtol=1e-5, atol=1e-5)
-    assert (np.abs(plant.advance(x, u, p) - expected).max() > 0.01) == (s > 20.0)
-    used = plant.observer(("friction_use_fl",))
-    assert icy.observe(x, u, p)["friction_use_fl"] == used(x, u, there)
 
 
 def test_bends_take_their_share_of_dry_friction():

@@ -11,6 +11,7 @@ import numpy as np
 
 from rumo.references import Path, SpeedProfile, Track
 from rumo.signals import Array
+from rumo.simulation import ByPlace
 from rumo.studies.base import shared_controller
 from rumo.studies.drive import DrivenRoad, DriveRun, DriveSetting, driven_car, estimator_of, noise_of
 from rumo.studies.drive.run import FINISHED
@@ -18,7 +19,6 @@ from rumo.studies.kpis import Driven
 from rumo.studies.roads.case import Case, Conditions, Progress, Variant, worst_by
 from rumo.studies.roads.cases.tracks import problem_of
 from rumo.studies.roads.outcome import RoadDrive, driven_until, recorded
-from rumo.studies.roads.patch import Patch
 from rumo.studies.roads.rows import Goal, Outcomes, Row, largest, share
 from rumo.vehicles import PASSENGER_CAR as CAR
 from rumo.vehicles.parameters import GRAVITY
@@ -69,21 +69,23 @@ class Ice(Case):
         """One bend."""
         bend = Bend(float(variant))
         road, profile = bend.road, bend.profile
-        dry = driven_car("four-wheel", CAR, SAMPLING_TIME)
-        icy = replace(dry, plant=Patch(dry.plant, road.path, bend.ice, ICE))
+        car = driven_car("four-wheel", CAR, SAMPLING_TIME)
         setting = DriveSetting(
             road.path,
             profile,
-            icy,
+            car,
             1.5 * profile.duration,
             controller=controller,
             estimator=estimator_of("ekf", CAR),
             noise=noise_of(CAR),
             mu=DRY,
             seed=conditions.seeds[0],
-            **problem_of(dry),
+            **problem_of(car),
         )
-        scenario = setting.scenario()
+        dry = setting.scenario()
+        begin, end = bend.ice
+        friction = ByPlace(road.path, {0.0: DRY, begin: ICE, end: DRY})
+        scenario = replace(dry, disturbances={**dry.disturbances, "mu": friction})
         run = DriveRun(scenario, road.track, road.path, profile, 0.0, road.path.length)
         log = driven_until(run, shared_controller(scenario), progress)
         return recorded(log, _figures(bend.driven(log), bend), bend.driven(log))
