@@ -99,7 +99,7 @@ def test_a_lost_car_is_a_result(tmp_path):
         "x_m,y_m,w_tr_right_m,w_tr_left_m\n"
         + "".join(f"{x},{y},4,4\n" for x, y in zip(points.x.tolist(), points.y.tolist(), strict=True))
     )
-    arguments = ["--track", str(file), "--grip", "2.5", "--estimator", "none", "--output", str(tmp_path), "--json"]
+    arguments = ["--track", str(file), "--grip", "4.0", "--estimator", "none", "--output", str(tmp_path), "--json"]
     result = runner.invoke(app, ["drive", *arguments])
     assert result.exit_code == 0
     summary = json.loads(result.stdout)

@@ -124,6 +124,29 @@ def test_bounds_are_those_of_the_car():
     assert by_acceleration.input_lower[0] == -car.limits.braking
 
 
+@pytest.mark.parametrize(
+    ("inputs", "unit"),
+    [
+        (RearTorque(), 2.0 / VEHICLES["passenger"].r),
+        (RearTorque(axle=True), 1.0 / VEHICLES["passenger"].r),
+        (Acceleration(), VEHICLES["passenger"].m),
+    ],
+)
+def test_no_plan_asks_for_more_than_the_motor_has(inputs, unit):
+    """Although the car is far too slow."""
+    car = VEHICLES["passenger"]
+    problem = path_problem(car, drive=inputs)
+    controller = rumo.RealTimeIteration(problem, backend="portable")
+    x = dict.fromkeys(problem.model.states, 0.0) | {"v_x": 30.0}
+    for _ in range(3):
+        plan = controller.step(x, {"n": 0.0, "velocity_across": 0.0, "velocity_along": 45.0})
+    force = plan.u.values[:, 0] * unit
+    v_x = plan.x.values[:-1, problem.model.states.index("v_x")]
+    assert (force * v_x).max() == pytest.approx(car.limits.power, rel=0.01)
+    unlimited = replace(car, limits=replace(car.limits, power=np.inf))
+    assert len(path_problem(unlimited, drive=inputs).constraints) == len(problem.constraints) - 1
+
+
 def test_inputs_without_weights_are_refused():
     with pytest.raises(rumo.ArgumentError, match="weights of your own"):
         path_problem(VEHICLES["passenger"], drive=AxleTorques())

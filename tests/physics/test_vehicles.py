@@ -71,6 +71,7 @@ def test_commonroad_says_the_same(name, number):
             "braking": drive.a_max,
             "speed": drive.v_max,
             "power": theirs.m * drive.a_max * drive.v_switch,
+            "lateral": np.inf,
         }
     )
     tyre = {name.lower(): value for name, value in vars(ours.front.magic_formula).items()}

@@ -59,8 +59,11 @@ def cases(draw):
     path = Path(points * (60.0 / np.abs(points).max()), closed=True)
     lateral, braking, driving = (draw(st.floats(1.5, 8.0)) for _ in range(3))
     power, drag = draw(st.sampled_from([np.inf, 30.0])), draw(st.sampled_from([0.0, 3e-4]))
+    resistance = draw(st.sampled_from([None, (0.0, 0.1, 0.8)]))
     jerk = draw(st.floats(0.3, 20.0))
-    return path, SpeedLimits(lateral, braking, driving, top=40.0, power=power, drag=drag, jerk=jerk)
+    return path, SpeedLimits(
+        lateral, braking, driving, top=40.0, power=power, drag=drag, resistance=resistance, jerk=jerk
+    )
 
 
 @settings(max_examples=10, deadline=None)
@@ -82,8 +85,9 @@ def test_all_limits_hold(case, slippery, flying):
     across = v**2 * kappa / (limits.lateral * mu)
     assert across.max() <= 1.0 + 1e-6
     left = np.sqrt(np.maximum(1.0 - across**2, 0.0)) * mu
+    taken = mu**2 * np.interp(across, np.linspace(0.0, 1.0, 3), limits.resistance or (0.0, 0.0, 0.0))
     with np.errstate(divide="ignore"):
-        engine = np.minimum(limits.driving * left[:-1], limits.power / v[:-1]) - limits.drag * v[:-1] ** 2
+        engine = np.minimum(limits.driving * left[:-1], limits.power / v[:-1]) - (limits.drag * v**2 + taken)[:-1]
     assert (profile.a <= engine + 1e-6).all()
     assert (-profile.a <= limits.braking * left[1:] + limits.drag * v[1:] ** 2 + 1e-6).all()
     race = speed_profile(path, replace(limits, jerk=np.inf), friction=friction, spacing=2.0, **laps)

@@ -1,5 +1,7 @@
 """Speeds by place: closed forms on circles and drag races, limits that hold, and nothing given away."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from curves import lobed
@@ -86,6 +88,23 @@ def test_limits_hold_and_one_of_them_is_reached_everywhere(case, slippery, flyin
     at_limit = (across >= 1.0 - 1e-6) | (v >= limits.top - 1e-6)
     driven, braked = profile.a >= engine - 1e-4, -profile.a >= brakes - 1e-4
     assert (at_limit[1:-1] | driven[:-1] | braked[1:]).all()
+
+
+@settings(max_examples=20, deadline=None)
+@given(cases(), st.floats(0.0, 2.0))
+def test_turning_takes_speed(case, most):
+    """At one end of each interval the car can drive or brake as it is to, without credit for turning in braking."""
+    path, limits = case
+    turning = (0.0, 0.1 * most, most)
+    profile = speed_profile(path, replace(limits, resistance=turning))
+    across = profile.v**2 * np.abs(path.at(profile.s).curvature) / limits.lateral
+    left = np.sqrt(np.maximum(1.0 - across**2, 0.0))
+    resistance, drag = np.interp(across, (0.0, 0.5, 1.0), turning), limits.drag * profile.v**2
+    push = np.minimum(limits.driving * left, limits.power / profile.v) - resistance
+    brakes = limits.braking * left + drag
+    assert (resistance <= (limits.driving + limits.braking) * left + 1e-6).all()
+    assert (profile.a <= np.maximum(push[:-1] - drag[:-1], push[1:] - drag[1:]) + 1e-6).all()
+    assert (-profile.a <= np.maximum(brakes[:-1], brakes[1:]) + 1e-6).all()
 
 
 @settings(max_examples=30, deadline=None)

@@ -10,6 +10,7 @@ from rumo.checks import checked, positive_number
 from rumo.signals import Array
 from rumo.vehicles.axles import LEAST_LOAD
 from rumo.vehicles.parameters import GRAVITY, VehicleParameters
+from rumo.vehicles.rolling_bicycle import TYRE
 
 STEPS = 64
 HALVINGS = 50
@@ -23,26 +24,40 @@ class Accelerations(NamedTuple):
     lateral : ndarray, (n,)
         From 0 to the largest, evenly.
     braking, driving : ndarray, (n,)
-        That are left at each.
+        That the tyres' forces along the car give at each, whatever resists.
+    resistance : ndarray, (n,)
+        What turning takes at each.
     """
 
     lateral: Array
     braking: Array
     driving: Array
+    resistance: Array
 
 
 def accelerations(car: VehicleParameters, grip: float, mu: float) -> Accelerations:
     """Accelerations at which the friction ellipse of an axle is used to a share `grip`, on a road of friction mu.
 
     The ellipses are those of `rumo.vehicles.friction_ellipses`: loads follow the accelerations, and an axle pushes no
-    more than its inner wheel holds. Drag and the limits of motor and actuators are left out.
+    more than its inner wheel holds. A car whose `limits.lateral` is less than mu g is on a road that gives no more.
+    Drag of the air and the limits of motor and actuators are left out.
     """
     checked(car, "car", VehicleParameters, "Write rumo.vehicles.PASSENGER_CAR.")
-    limit = positive_number(grip, "grip") * positive_number(mu, "mu")
+    limit = positive_number(grip, "grip") * min(positive_number(mu, "mu"), car.limits.lateral / GRAVITY)
     lateral = np.linspace(0.0, limit * GRAVITY, STEPS + 1)
     brake = car.drive_front if car.brake_front is None else car.brake_front
     braking = _largest(car, limit, lateral, -1.0, brake)
-    return Accelerations(lateral, braking, _largest(car, limit, lateral, 1.0, car.drive_front))
+    driving = _largest(car, limit, lateral, 1.0, car.drive_front)
+    return Accelerations(lateral, braking, driving, _resistance(car, mu, lateral))
+
+
+def _resistance(car: VehicleParameters, mu: float, lateral: Array) -> Array:
+    """Deceleration (n,) by tyres that push across: each force times its slip angle, by Dugoff's tyre at mean loads."""
+    used = lateral / (mu * GRAVITY)
+    sliding = 0.25 / np.maximum(1.0 - used, 0.25 / TYRE.slip)
+    slips = mu * np.where(used < 0.5, used, sliding)
+    front, rear = (slips * load / tyre.C_a for load, tyre in ((car.front_load, car.front), (car.rear_load, car.rear)))
+    return lateral * (car.l_r * front + car.l_f * rear) / car.wheelbase
 
 
 def _largest(car: VehicleParameters, limit: float, lateral: Array, sign: float, front: float) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import inf, sqrt
+from math import inf
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,10 +15,8 @@ from rumo.references.jerk import Abilities, jerk_limited
 from rumo.references.paths import Path
 from rumo.references.speed_limits import SpeedLimits
 from rumo.references.speed_profile import SpeedProfile
+from rumo.references.speed_sweeps import around, held, interpolated, left, there_and_back
 from rumo.signals import Array
-
-LAPS = 50
-"""Sweeps around a closed path; one is enough, but for a top speed that drag does not let the car reach."""
 
 Friction = float | Callable[[Array], ArrayLike]
 """Share of the limits that the road gives: a number, or a function of arc lengths (n,) [m]."""
@@ -83,16 +81,16 @@ def speed_profile(
         raise ArgumentError("start, end, stops", "some", "none of a flying lap", "Say how many laps=... are driven.")
     s = _stations(length, positive_number(spacing, "spacing"), stops)
     bends, share = np.abs(path.at(s).curvature), _friction(friction, s)
-    cap = np.minimum(limits.top**2, limits.lateral * share / np.maximum(bends, 1e-12))
+    cap = np.minimum(limits.top**2, held(limits) * limits.lateral * share / np.maximum(bends, 1e-12))
     cap[np.isin(s, stops)] = 0.0
     if flying:
         bends[-1], share[-1], cap[-1] = bends[0], share[0], cap[0]
-        w = _smooth(_around(cap, bends, np.diff(s), limits, share), cap, bends, np.diff(s), limits, share, closed=True)
+        w = _smooth(around(cap, bends, np.diff(s), limits, share), cap, bends, np.diff(s), limits, share, closed=True)
         return SpeedProfile(s, np.sqrt(w), closed=True)
     for i, name, value in ((0, "start", start), (-1, "end", end)):
         if value is not None:
             cap[i] = min(cap[i], non_negative_number(value, name) ** 2)
-    w = _there_and_back(cap, bends, np.diff(s), limits, share)
+    w = there_and_back(cap, bends, np.diff(s), limits, share)
     return SpeedProfile(s, np.sqrt(_smooth(w, cap, bends, np.diff(s), limits, share, closed=False)))
 
 
@@ -125,7 +123,7 @@ def speeds_within(
     bends = np.abs(kappa)
     with np.errstate(divide="ignore"):
         cap = np.minimum(limits.top**2, limits.lateral / bends)
-    return np.sqrt(_there_and_back(cap, bends, np.diff(s), limits, np.ones_like(s)))
+    return np.sqrt(there_and_back(cap, bends, np.diff(s), limits, np.ones_like(s)))
 
 
 def _friction(friction: object, s: Array) -> Array:
@@ -157,20 +155,6 @@ def _stations(length: float, spacing: float, stops: Sequence[float]) -> Array:
     return np.unique(np.r_[s, places])
 
 
-def _around(cap: Array, bends: Array, gaps: Array, limits: SpeedLimits, share: Array) -> Array:
-    """Squared speeds of a flying lap: laps until one ends as fast as it began."""
-    cap = cap.copy()
-    for _ in range(LAPS):
-        w = _there_and_back(cap, bends, gaps, limits, share)
-        settled = abs(w[0] - w[-1]) <= 1e-12 * limits.top**2
-        cap[0] = cap[-1] = min(w[0], w[-1])
-        if settled:
-            break
-    w = _there_and_back(cap, bends, gaps, limits, share)
-    w[0] = w[-1] = min(w[0], w[-1])
-    return w
-
-
 def _smooth(
     w: Array, cap: Array, bends: Array, gaps: Array, limits: SpeedLimits, share: Array, *, closed: bool
 ) -> Array:
@@ -180,57 +164,15 @@ def _smooth(
     lateral = bends / (limits.lateral * share)
 
     def ability(most: float, shares: tuple[float, ...] | None) -> Callable[[Array], Array]:
-        left = np.vectorize(_left(shares), otypes=[float])
-        return lambda at: most * share * left(at * lateral)
+        of = np.vectorize(left(shares), otypes=[float])
+        return lambda at: most * share * of(at * lateral)
 
-    driving = ability(limits.driving, limits.driving_left)
-    braking = ability(limits.braking, limits.braking_left)
-    return jerk_limited(w, cap, gaps, limits.jerk, Abilities(driving, braking, limits.power, limits.drag), closed)
-
-
-def _there_and_back(cap: Array, bends: Array, gaps: Array, limits: SpeedLimits, share: Array) -> Array:
-    """Squared speeds (n,) up to `cap` that driving reaches from station to station, and braking back from each."""
-    lateral = bends / (limits.lateral * share)
-    driving, braking = _left(limits.driving_left), _left(limits.braking_left)
-    along = (limits.driving * share).tolist()
-    w = _sweep(cap.tolist(), lateral.tolist(), gaps.tolist(), along, driving, limits.power, -limits.drag)
-    back = [part[::-1].tolist() for part in (np.array(w), lateral, gaps, limits.braking * share)]
-    return np.array(_sweep(back[0], back[1], back[2], back[3], braking, inf, limits.drag)[::-1])
-
-
-def _ellipse(used: float) -> float:
-    return sqrt(max(0.0, 1.0 - used * used))
-
-
-def _left(shares: tuple[float, ...] | None) -> Callable[[float], float]:
-    """Share that is left along the path while a share across it is used."""
-    if shares is None:
-        return _ellipse
-    steps = len(shares) - 1
-
-    def interpolated(used: float) -> float:
-        place = min(used, 1.0) * steps
-        i = min(int(place), steps - 1)
-        return shares[i] + (place - i) * (shares[i + 1] - shares[i])
-
-    return interpolated
-
-
-def _sweep(
-    w: list[float],
-    lateral: list[float],
-    gaps: Sequence[float],
-    along: list[float],
-    left: Callable[[float], float],
-    power: float,
-    drag: float,
-) -> list[float]:
-    """Squared speeds no higher than an acceleration leads to from the station before."""
-    for i, gap in enumerate(gaps):
-        acceleration = along[i] * left(w[i] * lateral[i])
-        if power < inf:
-            acceleration = min(acceleration, power / sqrt(w[i])) if w[i] > 0.0 else acceleration
-        reached = w[i] + 2.0 * (acceleration + drag * w[i]) * gap
-        if reached < w[i + 1]:
-            w[i + 1] = max(reached, 0.0)
-    return w
+    turning = np.vectorize(interpolated(limits.resistance or (0.0, 0.0)), otypes=[float])
+    abilities = Abilities(
+        ability(limits.driving, limits.driving_left),
+        ability(limits.braking, limits.braking_left),
+        lambda at: share**2 * turning(at * lateral),
+        limits.power,
+        limits.drag,
+    )
+    return jerk_limited(w, cap, gaps, limits.jerk, abilities, closed)

@@ -29,12 +29,15 @@ class Abilities:
     ----------
     driving, braking : callable
         From squared speeds at all stations (n,) to accelerations (n,): less, the faster.
+    resistance : callable
+        The same of what turning takes: more, the faster. Braking gets no credit for it.
     power, drag : float
         See `SpeedLimits`.
     """
 
     driving: Callable[[Array], Array]
     braking: Callable[[Array], Array]
+    resistance: Callable[[Array], Array]
     power: float
     drag: float
 
@@ -120,7 +123,10 @@ def _within(w: Array, gaps: Array, abilities: Abilities) -> bool:
         engine = np.minimum(engine, abilities.power / np.where(v > 0.0, v, 1e-12))
     brakes = abilities.braking(w)[1:] + abilities.drag * w[1:]
     spare = EXACT * (1.0 + np.abs(a))
-    return bool((a <= engine - abilities.drag * w[:-1] + spare).all() and (-a <= brakes + spare).all())
+    return bool(
+        (a <= engine - abilities.resistance(w)[:-1] - abilities.drag * w[:-1] + spare).all()
+        and (-a <= brakes + spare).all()
+    )
 
 
 def _time(w: Array, gaps: Array) -> float:
@@ -172,21 +178,29 @@ def _step(w: Array, cap: Array, gaps: Array, limit: float, abilities: Abilities,
         most.append(limit * (spans @ duration) - sign * (changes @ a))
     lower, upper = w / factor, np.minimum(cap, factor * w)
     nothing = np.zeros(len(gaps))
-    for ability, sign, ends in ((abilities.driving, 1.0, slice(None, -1)), (abilities.braking, -1.0, slice(1, None))):
+
+    def chord(of: Callable[[Array], Array], other: Array) -> Array:
+        """Slopes (n,) of chords, by the share of a change: below a concave function up to where they end."""
+        gap = np.where(other == w, 1.0, other - w)
+        return np.where(other == w, 0.0, of(other) - of(w)) / gap * w
+
+    def pushed(at: Array) -> Array:
+        return abilities.driving(at) - abilities.resistance(at)
+
+    for ability, sign, ends in ((pushed, 1.0, slice(None, -1)), (abilities.braking, -1.0, slice(1, None))):
         left, wind = ability(w)[ends], sign * abilities.drag * w[ends]
         for other in (lower, upper):
-            # Chords of a concave function are below it up to where they end.
-            gap = np.where(other == w, 1.0, other - w)
-            chord = (np.where(other == w, 0.0, ability(other) - ability(w)) / gap * w)[ends]
-            against = wind - chord
+            against = wind - chord(ability, other)[ends]
             at_ends = (against, nothing) if sign > 0.0 else (nothing, against)
             rows.append(sign * accelerations + by_ends(*at_ends))
             most.append(left - wind - sign * a)
     if abilities.power < np.inf:
         moving = before > 0.0
         engine = np.where(moving, abilities.power / np.where(moving, before, 1.0), 1e6)
-        rows.append(accelerations + by_ends(np.where(moving, 0.5 * engine, 0.0) + abilities.drag * w[:-1], nothing))
-        most.append(engine - abilities.drag * w[:-1] - a)
+        less = np.where(moving, 0.5 * engine, 0.0) + abilities.drag * w[:-1]
+        for other in (lower, upper):
+            rows.append(accelerations + by_ends(less + chord(abilities.resistance, other)[:-1], nothing))
+            most.append(engine - (abilities.resistance(w) + abilities.drag * w)[:-1] - a)
     curved = gaps * g**2
     first = curved * before * (0.5 + g * before)
     second = curved * after * (0.5 + g * after)

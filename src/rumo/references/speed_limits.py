@@ -12,6 +12,11 @@ from rumo.errors import ArgumentError
 from rumo.references.car_limits import accelerations
 from rumo.vehicles.parameters import GRAVITY, VehicleParameters
 
+TABLES = {"braking_left": (1.0, "shares from 0 to 1"), "driving_left": (1.0, "shares from 0 to 1")} | {
+    "resistance": (inf, "accelerations of at least 0 [m/s^2]")
+}
+"""Fields of `SpeedLimits` that are tables over the lateral limit: their largest values, and what they are."""
+
 
 @dataclass(frozen=True)
 class SpeedLimits:
@@ -32,6 +37,10 @@ class SpeedLimits:
     braking_left, driving_left : sequence of float, optional
         Shares of braking and driving that are left while evenly spaced shares of the lateral limit, from 0 to 1, are
         used: in place of the ellipse.
+    resistance : sequence of float, optional
+        What turning takes [m/s^2] while evenly spaced shares of the lateral limit are used, on a road with a friction
+        of 1: tyres that push across roll at an angle. No more of the limit is used than where that is what driving and
+        braking have left together.
     jerk : float
         Largest rate at which the acceleration along the path changes [m/s^3]; infinite for none.
     """
@@ -44,6 +53,7 @@ class SpeedLimits:
     drag: float = 0.0
     braking_left: tuple[float, ...] | None = None
     driving_left: tuple[float, ...] | None = None
+    resistance: tuple[float, ...] | None = None
     jerk: float = inf
 
     def __post_init__(self) -> None:
@@ -57,10 +67,10 @@ class SpeedLimits:
             raise ArgumentError("drag", repr(self.drag), "a finite number [1/m]")
         for part in fields(self):
             value = getattr(self, part.name)
-            if part.name not in ("braking_left", "driving_left"):
+            if part.name not in TABLES:
                 object.__setattr__(self, part.name, float(value))
             elif value is not None:
-                object.__setattr__(self, part.name, _shares(value, part.name))
+                object.__setattr__(self, part.name, _table(value, part.name))
 
     @classmethod
     def race(
@@ -75,7 +85,8 @@ class SpeedLimits:
         """What the tyres of a car hold at a share `grip` of friction, its motor and its actuators.
 
         Axle by axle, with loads that follow the accelerations: the inner wheels of a bend carry less, so the car
-        accelerates and brakes less there than a point of its mass would. See `friction_ellipses`.
+        accelerates and brakes less there than a point of its mass would. See `friction_ellipses`. A car whose
+        `limits.lateral` is less than friction would give is taken for one on a road that gives no more.
 
         Parameters
         ----------
@@ -92,8 +103,16 @@ class SpeedLimits:
         braking, driving = (float(limit.max()) for limit in along)
         left = [tuple((limit / limit.max()).tolist()) for limit in along]
         top = min(most.speed, 100.0)
+        power, drag = most.power / car.rolling_mass, car.b_lon / car.m
         return cls(
-            float(found.lateral[-1]), braking, driving, top, most.power / car.m, car.b_lon / car.m, left[0], left[1]
+            float(found.lateral[-1]),
+            braking,
+            driving,
+            top,
+            power,
+            drag,
+            *left,
+            resistance=tuple(found.resistance.tolist()),
         )
 
     @classmethod
@@ -106,8 +125,9 @@ class SpeedLimits:
         return cls(lateral=2.0, braking=2.0, driving=1.2, top=top, jerk=jerk)
 
 
-def _shares(values: object, argument: str) -> tuple[float, ...]:
-    shares = as_numbers(values, argument)
-    if shares.ndim != 1 or len(shares) < 2 or not ((shares >= 0.0) & (shares <= 1.0)).all():
-        raise ArgumentError(argument, repr(values), "at least two shares from 0 to 1")
-    return tuple(shares.tolist())
+def _table(values: object, argument: str) -> tuple[float, ...]:
+    most, expected = TABLES[argument]
+    table = as_numbers(values, argument)
+    if table.ndim != 1 or len(table) < 2 or not ((table >= 0.0) & (table <= most) & (table < inf)).all():
+        raise ArgumentError(argument, repr(values), f"at least two {expected}")
+    return tuple(table.tolist())

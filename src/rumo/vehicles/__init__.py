@@ -9,7 +9,14 @@ from rumo.vehicles.four_wheel import four_wheel
 from rumo.vehicles.limits import VehicleLimits
 from rumo.vehicles.parameters import TyreParameters, VehicleParameters
 from rumo.vehicles.problems import path_problem, trajectory_problem
-from rumo.vehicles.rolling_bicycle import frenet_bicycle, friction_ellipses, rolling_bicycle, slip_limits, track_limits
+from rumo.vehicles.rolling_bicycle import (
+    frenet_bicycle,
+    friction_ellipses,
+    power_limit,
+    rolling_bicycle,
+    slip_limits,
+    track_limits,
+)
 from rumo.vehicles.sets import (
     COMMONROAD_1,
     COMMONROAD_3,
@@ -54,6 +61,7 @@ __all__ = [
     "friction_circles",
     "friction_ellipses",
     "path_problem",
+    "power_limit",
     "rolling_bicycle",
     "slip_limits",
     "track_limits",

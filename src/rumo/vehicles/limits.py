@@ -25,6 +25,9 @@ class VehicleLimits:
         Forwards [m/s].
     power : float
         Of the motor, at the wheels [W].
+    lateral : float
+        In a steady bend, before a wheel lifts or the car slides, where that is less than its tyres would give [m/s^2];
+        see `rumo.studies.drive.steady_bend`.
 
     Raises
     ------
@@ -38,6 +41,7 @@ class VehicleLimits:
     braking: float = np.inf
     speed: float = np.inf
     power: float = np.inf
+    lateral: float = np.inf
 
     def __post_init__(self) -> None:
         for item in fields(self):

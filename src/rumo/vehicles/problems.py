@@ -21,6 +21,7 @@ from rumo.vehicles.rolling_bicycle import (
     TYRE,
     frenet_bicycle,
     friction_ellipses,
+    power_limit,
     rolling_bicycle,
     slip_limits,
     track_limits,
@@ -58,9 +59,9 @@ def path_problem(
     """Follow a path at the speed that is wanted, by a bicycle that knows its place beside it.
 
     Tracks n, velocity_across and velocity_along of `frenet_bicycle` within the car's limits, soft friction ellipses and
-    soft limits of slip and, where a `PathTracking` reference has the `room` of a `Track`, soft limits of that. The
-    observed model is `rolling_bicycle`. Predicted by `Radau2`: implicit Euler, half an interval late with every
-    integration, takes most of the loop's damping away at speed.
+    soft limits of slip and of the motor's power and, where a `PathTracking` reference has the `room` of a `Track`, soft
+    limits of that. The observed model is `rolling_bicycle`. Predicted by `Radau2`: implicit Euler, half an interval
+    late with every integration, takes most of the loop's damping away at speed.
 
     Parameters
     ----------
@@ -171,6 +172,7 @@ class _Driving:
         constraints = {
             **friction_ellipses(car, tyre, drive=drive, steering=steering),
             **slip_limits(car, drive=drive, steering=steering, largest=self.largest_slip),
+            **power_limit(car, drive=drive),
             **(further or {}),
         }
         if actuation is not None:

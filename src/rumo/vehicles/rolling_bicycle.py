@@ -7,6 +7,7 @@ a path.
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any
 
 import casadi as ca
@@ -172,6 +173,29 @@ def slip_limits(
     """
     axles = _axles(parameters, TYRE, drive, steering, load_transfer)
     return axles.slips(penalty, positive_number(largest, "largest"))
+
+
+def power_limit(parameters: VehicleParameters, *, drive: Drive = REAR_TORQUE) -> dict[str, Constraint]:
+    """Power of the motor, for problems with `rolling_bicycle` or `frenet_bicycle`; none for a car without a limit.
+
+    A plan that asks for more believes in speed that does not come, and so does a filter that is told what was asked.
+    `2 (T_f + T_r) v_x / (r P) - 1 <= 0`, soft only so that an actuator which is late cannot make a problem infeasible.
+
+    Parameters
+    ----------
+    parameters : VehicleParameters
+        The car, with its `limits.power`.
+    drive : Drive
+        That of the model.
+    """
+    power = parameters.limits.power
+    if power == inf:
+        return {}
+
+    def beyond(x: Any, u: Any, p: Any) -> Any:
+        return 2.0 * sum(drive.torques(x, u, WHEELS, parameters).values()) * x.v_x / (parameters.r * power) - 1.0
+
+    return {"power": Constraint(beyond, Penalty(20.0))}
 
 
 def track_limits(

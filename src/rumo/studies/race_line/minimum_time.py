@@ -13,6 +13,7 @@ from rumo.errors import ArgumentError
 from rumo.interrupts import interruptible
 from rumo.references import Path, SpeedLimits, Track, speed_profile
 from rumo.references.race_line import room_aside
+from rumo.references.speed_sweeps import held
 from rumo.signals import Array, read_only
 
 FOUND, TIRED = "found", "not found"
@@ -95,8 +96,8 @@ def minimum_time(
     n, angle chi to it, squared speed w, and curvature c of the line, with driving, braking and dc/dsigma as inputs,
     constant between nodes. With kappa of the centre line and sigma along the line, dsigma/ds =
     (1 - n kappa) / cos(chi), dn/ds = (1 - n kappa) tan(chi), dchi/ds = c dsigma/ds - kappa, dw/dsigma =
-    2 (driving - braking - drag w). The trapezoidal rule, and time as of constant accelerations, as a `SpeedProfile`
-    has them, whose limits hold at nodes.
+    2 (driving - braking - drag w - resistance). The trapezoidal rule, and time as of constant accelerations, as a
+    `SpeedProfile` has them, whose limits hold at nodes.
     """
     path = checked(track, "track", Track).path
     if not path.closed:
@@ -131,11 +132,18 @@ def minimum_time(
     opti.subject_to(following(n) - n == h * mean((1.0 - n * kappa) * ca.tan(chi)))
     opti.subject_to(following(chi) - chi == h * (mean(c * along) - 0.5 * (kappa + np.roll(kappa, -1))))
     opti.subject_to(following(c) - c == twist * length)
-    opti.subject_to((following(w) - w) / push == 2.0 * length * (driving - braking - limits.drag * mean(w)) / push)
     across = c * w / limits.lateral
+    taken = opti.variable(N) if limits.resistance else np.zeros(N)
+    for chord in _resistances(across, limits, limits.resistance) if limits.resistance else ():
+        opti.subject_to(taken >= chord)
+    opposed = limits.drag * mean(w) + mean(taken)
+    opti.subject_to((following(w) - w) / push == 2.0 * length * (driving - braking - opposed) / push)
     opti.subject_to(_used(driving / limits.driving, across, limits.driving_left) <= 1.0)
-    opti.subject_to(_used(braking / limits.braking, following(across), limits.braking_left) <= 1.0)
-    opti.subject_to(opti.bounded(-1.0, across, 1.0))
+    # As in profiles, what turning takes, if nothing drives against it, is part of the braking that there may be.
+    slowed = braking if limits.resistance is None else braking + following(taken) - driving
+    opti.subject_to(_used(slowed / limits.braking, following(across), limits.braking_left) <= 1.0)
+    most_across = held(limits)
+    opti.subject_to(opti.bounded(-most_across, across, most_across))
     if limits.power < np.inf:
         opti.subject_to(driving**2 * w / limits.power**2 <= 1.0)
     opti.subject_to(twist**2 * w / rate**2 <= 1.0)
@@ -182,6 +190,16 @@ def _used(along: Any, across: Any, left: tuple[float, ...] | None) -> Any:
         for sign in (1.0, -1.0)
     ]
     return ca.vertcat(*rows)
+
+
+def _resistances(across: Any, limits: SpeedLimits, table: tuple[float, ...]) -> Any:
+    """What turning takes by the share of the lateral limit: chords of a convex table, which are not below it."""
+    # Closer together where it is steep.
+    places = held(limits) * (1.0 - np.linspace(1.0, 0.0, CHORDS + 1) ** 2)
+    values = np.interp(places, np.linspace(0.0, 1.0, len(table)), table)
+    slopes = np.diff(values) / np.diff(places)
+    chords = zip(places[:-1].tolist(), values[:-1].tolist(), slopes.tolist(), strict=True)
+    return [value + slope * (sign * across - place) for place, value, slope in chords for sign in (1.0, -1.0)]
 
 
 def _corners(left: tuple[float, ...]) -> tuple[Array, Array]:

@@ -20,6 +20,9 @@ from rumo.vehicles.chassis import LEAST_FRICTION
 INPUTS = {**Acceleration().inputs(("f", "r")), **SteeringRate.inputs}
 CARS = MappingProxyType({1: "commonroad-1", 2: "passenger", 3: "commonroad-3"})
 """The cars' names in `rumo.vehicles.VEHICLES`."""
+LATERAL = MappingProxyType({"mb": {1: 9.2, 2: 8.8, 3: 8.0}})
+"""Lateral acceleration at which an inner wheel lifts [m/s^2], where that is before the tyres slide: the least of
+`rumo.studies.drive.steady_bend` to both sides at 12, 20, 30 and 40 m/s."""
 TRUCK = 4
 """A parameter set that has but a wheelbase, and a trailer."""
 
@@ -37,7 +40,7 @@ class CommonRoadCar:
 
     All have inputs acceleration [m/s^2] and steering_rate [rad/s], and the states of `rolling_bicycle` among their
     states and outputs. The limits of their rates, angles and accelerations are CommonRoad's own. In `mb`, v_z and z
-    point down, and roll is positive where the left side is lower.
+    point down, and roll is positive where the left side is lower; outputs load_fl to load_rr are loads of tyres [N].
 
     `st` and `mb` have no equations for reverse, so braking ends at standstill. `mb` switches to a car without slip
     below 0.1 m/s, and pulls away with wheels that spin; in a spin it divides by the speed of wheels that roll
@@ -61,7 +64,7 @@ class CommonRoadCar:
     ----------
     car : VehicleParameters or None
         The same car for predictions, such as `frenet_bicycle(plant.car, drive=Acceleration())`, without drag as these
-        models are; None for the truck.
+        models are, and with the lateral acceleration that `mb` stands in its limits; None for the truck.
     own : object
         CommonRoad's parameters.
 
@@ -98,7 +101,7 @@ class CommonRoadCar:
         elif model == "kst" and self.own.trailer.l_wb is None:
             raise ArgumentError("trailer", "None", "the wheelbase of the trailer [m]", "Vehicle 4 has one of its own.")
         self.name = f"CommonRoad {model}, vehicle {vehicle}"
-        self.car: VehicleParameters | None = _without_drag(vehicle) if vehicle in CARS else None
+        self.car: VehicleParameters | None = _as_modelled(model, vehicle) if vehicle in CARS else None
         self.states = Signals(form.states, "states")
         self.inputs = Signals(INPUTS, "inputs")
         self.outputs = Signals(form.outputs, "outputs")
@@ -185,6 +188,8 @@ class CommonRoadCar:
         return rates
 
 
-def _without_drag(vehicle: int) -> VehicleParameters:
+def _as_modelled(model: str, vehicle: int) -> VehicleParameters:
     """The car as CommonRoad has it. Drag that is not there would be reckoned with to brake."""
-    return replace(VEHICLES[CARS[vehicle]], b_lon=0.0, b_lat=0.0)
+    car = VEHICLES[CARS[vehicle]]
+    lateral = LATERAL.get(model, {}).get(vehicle, car.limits.lateral)
+    return replace(car, b_lon=0.0, b_lat=0.0, limits=replace(car.limits, lateral=lateral))

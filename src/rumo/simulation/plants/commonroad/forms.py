@@ -25,7 +25,9 @@ class Form:
     start : callable
         From a motion, with the names of `MOTION`, and the car's parameters to a state (nx,).
     observe : callable
-        From a state (nx,) and the car's parameters to what of `MOTION` is no state.
+        From a state (nx,) and the car's parameters to what of `MOTION` is no state, and to `more`.
+    more : mapping of str to str
+        Further outputs, with units.
     wheels : tuple of int
         Which states are speeds of wheels, which cannot be negative.
     friction : bool
@@ -40,11 +42,12 @@ class Form:
     wheels: tuple[int, ...] = ()
     friction: bool = False
     reverse: bool = True
+    more: Mapping[str, str] = field(default_factory=dict[str, str])
     outputs: dict[str, str] = field(init=False)
 
     def __post_init__(self) -> None:
         missing = {name: unit for name, unit in MOTION.items() if name not in self.states}
-        object.__setattr__(self, "outputs", missing)
+        object.__setattr__(self, "outputs", {**missing, **self.more})
 
 
 def _velocity(motion: Mapping[str, float]) -> tuple[float, float]:
@@ -88,6 +91,16 @@ def _observe_speed(x: list[float], p: Any) -> dict[str, float]:
     return {"v_x": x[3] * cos(x[6]), "v_y": x[3] * sin(x[6])}
 
 
+def _observe_loads(x: list[float], p: Any) -> dict[str, float]:
+    """Of tyres: springs, which pull at the road where a wheel would be in the air. Left and right as for the wheels."""
+    loads: dict[str, float] = {}
+    for axle, track, roll, z in (("f", p.T_f, x[13], x[16]), ("r", p.T_r, x[18], x[21])):
+        mean, half = z + p.R_w * (cos(roll) - 1.0), 0.5 * track * sin(roll)
+        loads[f"load_{axle}l"], loads[f"load_{axle}r"] = p.K_zt * (mean + half), p.K_zt * (mean - half)
+    return loads
+
+
+LOADS: Mapping[str, str] = dict.fromkeys(("load_fl", "load_fr", "load_rl", "load_rr"), "N")
 KINEMATIC = {"rear_x": "m", "rear_y": "m", "delta": "rad", "v_x": "m/s", "psi": "rad"}
 SINGLE_TRACK = {"p_x": "m", "p_y": "m", "delta": "rad", "v": "m/s", "psi": "rad", "omega": "rad/s", "beta": "rad"}
 
@@ -118,6 +131,14 @@ FORMS: Mapping[str, Form] = {
     "std": Form(
         {**SINGLE_TRACK, "w_f": "rad/s", "w_r": "rad/s"}, _start_drift, _observe_speed, wheels=(7, 8), friction=True
     ),
-    "mb": Form(MULTI_BODY, _start_multi_body, lambda x, p: {}, wheels=(23, 24, 25, 26), friction=True, reverse=False),
+    "mb": Form(
+        MULTI_BODY,
+        _start_multi_body,
+        _observe_loads,
+        wheels=(23, 24, 25, 26),
+        friction=True,
+        reverse=False,
+        more=LOADS,
+    ),
 }
 """By CommonRoad's names."""
