@@ -6,6 +6,7 @@
 #include <string>
 
 #include "controller.h"
+#include "curve.h"
 #include "filter.h"
 #include "guard.h"
 #include "qp.h"
@@ -13,6 +14,9 @@
 using namespace nb::literals;
 
 NB_MODULE(_core, module) {
+#ifdef NDEBUG
+    nb::set_leak_warnings(false); // a path that some module keeps may live until the interpreter is gone
+#endif
     module.attr("VERSION") = RUMO_CORE_VERSION;
     module.attr("GATE_STAGES") = RUMO_GATE_STAGES;
     module.attr("SLACK_TOLERANCE") = RUMO_SLACK_TOLERANCE;
@@ -64,6 +68,12 @@ NB_MODULE(_core, module) {
         .def("covariance", &Filter::covariance)
         .def("advance", &Filter::advance)
         .def("linearise", &Filter::linearise);
+    nb::class_<Curve>(module, "Curve")
+        .def(nb::init<nb::handle, nb::handle, nb::handle, int, int, int>(), "breaks"_a, "coefficients"_a, "shift"_a.none(),
+             "pieces"_a, "values"_a, "order"_a)
+        .def("at", &Curve::at)
+        .def("nearest", &Curve::nearest)
+        .def("when", &Curve::when);
     nb::class_<Qp>(module, "Qp")
         .def(nb::init<int, int>(), "variables"_a, "rows"_a)
         .def("solve", &Qp::solve, "hessian"_a, "gradient"_a, "lower"_a, "upper"_a, "matrix"_a, "row_lower"_a,

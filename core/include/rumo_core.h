@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 15
+#define RUMO_CORE_VERSION 16
 
 /* What the failure policy goes by; methods outside the core read these too. */
 #define RUMO_GATE_STAGES 15       /* over which the gate asks how far a state can go: over a long horizon, anywhere */
@@ -181,6 +181,14 @@ typedef struct rumo_qp_result {
     double factor_seconds; /* and of taking over the data and factoring the Hessian */
 } rumo_qp_result;
 
+/* A curve in pieces, see curve/pieces.c. Its arrays are the caller's, and only read, by any number of threads. */
+typedef struct rumo_curve {
+    int pieces, values, order;  /* at least 1 each */
+    const double *breaks;       /* (pieces + 1,), increasing */
+    const double *coefficients; /* (pieces, values, order), of the highest power first */
+    const double *shift;        /* (values,): what a lap of a closed curve adds; NULL of an open one */
+} rumo_curve;
+
 /* Everything the core offers; a tailored build exports one such table of its own. */
 typedef struct rumo_api {
     int version;
@@ -265,6 +273,14 @@ typedef struct rumo_api {
     /* The state x (n,) after a step, in place, with its derivatives A (n, n), outputs y (m,) there and theirs H (m, n) by that
      * state; 0 if the model has no finite value there. */
     int (*filter_linearise)(rumo_filter *, double *x, const double *u, const double *p, double *A, double *y, double *H);
+    /* Values (values, count) of a curve at arguments s (count,), NaN where these are not finite. */
+    void (*curve_at)(const rumo_curve *, const double *s, ptrdiff_t count, double *values);
+    /* The argument from `low` to `high` where values 0 and 1, to which no lap adds anything, are nearest to x, y; NaN where
+     * there is none. It is of the lap in their middle at most. */
+    double (*curve_nearest)(const rumo_curve *, double x, double y, double low, double high);
+    /* Times (count,) at which places (count,) are reached by a motion of constant accelerations: values 0 to 2 of its curve by
+     * time are place, which never falls, speed and acceleration. */
+    void (*curve_when)(const rumo_curve *, const double *places, ptrdiff_t count, double *times);
 } rumo_api;
 
 #ifdef __cplusplus

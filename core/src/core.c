@@ -16,6 +16,8 @@
 #include "step.c"
 #ifndef RUMO_TAILORED
 #include "check.c"
+#include "curve/nearest.c"
+#include "curve/when.c"
 #include "estimate/filter.c"
 #include "guard/alone.c"
 #include "solve/active_set/program.c"
@@ -44,6 +46,9 @@
 #define filter_covariance NULL
 #define filter_advance NULL
 #define filter_linearise NULL
+#define curve_at NULL
+#define curve_nearest NULL
+#define curve_when NULL
 #endif
 
 #ifndef RUMO_TABLE
@@ -110,4 +115,7 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     filter_covariance,
     filter_advance,
     filter_linearise,
+    curve_at,
+    curve_nearest,
+    curve_when,
 };

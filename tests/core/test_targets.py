@@ -21,7 +21,7 @@ TARGETS = (
 )
 EMULATED = "aarch64-linux-musl"
 EMULATOR = shutil.which("qemu-aarch64") or shutil.which("qemu-aarch64-static")
-PROGRAMS = ("test_elementary", "test_elimination", "test_factorization", "test_qp", "test_steps")
+PROGRAMS = ("test_curve", "test_elementary", "test_elimination", "test_factorization", "test_qp", "test_steps")
 needs_emulator = pytest.mark.skipif(EMULATOR is None, reason="no qemu-aarch64 on this machine (package qemu-user)")
 
 

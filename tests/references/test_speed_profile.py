@@ -145,10 +145,17 @@ def test_place_and_time_are_inverses(speeds, closed):
     back, v, a = profile.at_time(times)
     np.testing.assert_allclose(back, places, atol=1e-7)
     np.testing.assert_allclose(v, profile.speed_at(places), rtol=1e-6, atol=1e-9)
-    np.testing.assert_allclose([profile.moment(place) for place in places.tolist()], times, atol=1e-9)
     assert (np.diff(times) > 0.0).all()
     between = np.abs((places % 100.0)[:, None] - s).min(axis=1) > 1e-3
     np.testing.assert_allclose(a[between], profile.acceleration_at(places)[between])
+
+
+@pytest.mark.parametrize(("begin", "before"), [(0.0, 0.0), (5.0, -2.0)])
+def test_where_the_speed_beyond_an_end_is_0_that_end_is_as_far_as_it_gets(begin, before):
+    profile = SpeedProfile([0.0, 10.0, 20.0], [begin, 5.0, 0.0])
+    np.testing.assert_array_equal(
+        profile.time_at([-10.0, 0.0, 20.0, 30.0]), [before, 0.0, profile.duration, profile.duration]
+    )
 
 
 def test_stops_are_stops():

@@ -2,6 +2,7 @@
 
 from rumo.kernel._core import GATE_STAGES, SLACK_TOLERANCE, Filter, Qp
 from rumo.kernel._core import Controller as Core
+from rumo.kernel.curve import Curve
 from rumo.kernel.description import BOUNDS, NUMBERS, Description, StageProgram, as_numbers, describe
 from rumo.kernel.export import problem_source
 from rumo.kernel.guard import Guard, Trajectory
@@ -15,6 +16,7 @@ __all__ = [
     "SLACK_TOLERANCE",
     "Build",
     "Core",
+    "Curve",
     "Description",
     "Filter",
     "Guard",

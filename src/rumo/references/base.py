@@ -47,7 +47,7 @@ class Preview:
         """The same of arrays that nobody else has: neither checked nor copied."""
         preview = object.__new__(cls)
         for array in (*signals.values(), *parameters.values()):
-            array.flags.writeable = False
+            array.setflags(write=False)
         object.__setattr__(preview, "signals", signals)
         object.__setattr__(preview, "parameters", parameters)
         return preview

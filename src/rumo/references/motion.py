@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -84,36 +84,37 @@ def motion(
     points: PathPoints,
     speed: Array,
     vehicle: Rolling | None,
-    names: Iterable[str],
+    names: tuple[str, ...],
     reverse: bool = False,
 ) -> dict[str, Array]:
     """Signals (n,) of driving through points of a path, at arc lengths s (n,) [m], at speeds (n,) [m/s], slip aside.
 
     In reverse the vehicle moves along the path as well, but points the other way: psi is the course and half a turn,
-    and v_x is negative. Only those that are named are computed.
+    and v_x is negative. Several may be the same array.
     """
     ahead, bend, psi = speed, points.curvature, points.heading
     if reverse:
         ahead, bend, psi = -speed, -bend, psi + np.pi
-    known: dict[str, Callable[[], Array]] = {
-        "p_x": lambda: points.x,
-        "p_y": lambda: points.y,
-        "psi": lambda: psi,
-        "course": lambda: points.heading,
-        "speed": lambda: speed,
-        "v_x": lambda: ahead,
-        "omega": lambda: speed * points.curvature,
-        "velocity_x": lambda: speed * np.cos(points.heading),
-        "velocity_y": lambda: speed * np.sin(points.heading),
-        "s": lambda: s,
-        "n": lambda: np.zeros_like(speed),
-        "heading_error": lambda: np.full_like(speed, np.pi if reverse else 0.0),
-        "course_error": lambda: np.zeros_like(speed),
-        "velocity_along": lambda: speed,
-        "velocity_across": lambda: np.zeros_like(speed),
+    none = np.zeros(speed.shape)
+    known = {
+        "p_x": points.x,
+        "p_y": points.y,
+        "psi": psi,
+        "course": points.heading,
+        "speed": speed,
+        "v_x": ahead,
+        "omega": speed * points.curvature,
+        "s": s,
+        "n": none,
+        "heading_error": none + np.pi if reverse else none,
+        "course_error": none,
+        "velocity_along": speed,
+        "velocity_across": none,
     }
-    further = {} if vehicle is None or known.keys() >= {*names} else _rolling(vehicle, ahead, bend)
-    return {name: further[name] if name in further else known[name]() for name in names}
+    if any(name in names for name in VELOCITIES):
+        known |= {"velocity_x": speed * np.cos(points.heading), "velocity_y": speed * np.sin(points.heading)}
+    further = {} if vehicle is None or known.keys() >= {*names} else vehicle.rolling(ahead, bend)
+    return {name: _own(further[name]) if name in further else known[name] for name in names}
 
 
 def axle_signals(vehicle: Rolling | None) -> tuple[str, ...]:
@@ -147,4 +148,8 @@ def axle_motion(points: PathPoints, speed: Array, vehicle: Axled, reverse: bool 
 
 def _rolling(vehicle: Rolling, ahead: Array, bend: Array) -> dict[str, Array]:
     """Copies of what the vehicle says: its arrays are its own."""
-    return {name: np.array(values, dtype=float) for name, values in vehicle.rolling(ahead, bend).items()}
+    return {name: _own(values) for name, values in vehicle.rolling(ahead, bend).items()}
+
+
+def _own(values: Array) -> Array:
+    return np.array(values, dtype=float)

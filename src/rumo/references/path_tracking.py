@@ -14,7 +14,7 @@ from rumo.checks import as_mapping, as_names, checked, finite_number, positive_n
 from rumo.errors import ArgumentError, ShapeError
 from rumo.references.base import Preview
 from rumo.references.motion import Rolling, check_vehicle, checked_outputs, known_signals, motion, wanted_signals
-from rumo.references.paths import TURN, Path, PathPoints
+from rumo.references.paths import TURN, Path
 from rumo.references.speed_profile import SpeedProfile
 from rumo.references.timed_path import check_on
 from rumo.signals import Array, NamedArray, Signals
@@ -154,16 +154,16 @@ class RunningPathTracking:
         self._move(float(times[0]), x_now, y_now, psi)
         self._previewed = x_now, y_now
         s, speed = self._ahead(times - times[0], x.values[self._v_x] if self._v_x is not None else np.nan)
-        n, middle = len(s), 0.5 * (s[:-1] + s[1:])
-        along = self._path.at(np.concatenate([s, middle]))
-        points = PathPoints(*(values[:n] for values in along))
+        points, middle = self._path.at(s), 0.5 * (s[:-1] + s[1:])
         self._speed = float(speed[0])
         turns = self._alongside(psi, float(points.heading[0]))
         if turns:
             points = points._replace(heading=points.heading + turns * TURN)
         signals = motion(s, points, speed, self._settings.vehicle, self._names or ())
-        ahead: dict[str, Array] = {name: getattr(along, name)[n:] for name in self._of_path}
-        ahead |= {name: _by_place(function, middle, name) for name, function in self._parameters.items()}
+        ahead = {name: _by_place(function, middle, name) for name, function in self._parameters.items()}
+        if self._of_path:
+            between = self._path.at(middle)
+            ahead |= {name: getattr(between, name) for name in self._of_path}
         return Preview.of_own(signals, ahead)
 
     def locate(self, x: NamedArray[float]) -> dict[str, float]:
@@ -224,8 +224,8 @@ class RunningPathTracking:
         """Arc lengths and speeds (n,) at times (n,) from now on."""
         if not isfinite(self.progress):
             return np.full_like(since, np.nan), np.full_like(since, np.nan)
-        begin, profile = self._profile.moment(self.progress), self._profile
-        s, speed, _ = profile.at_time(begin + since)
+        profile = self._profile
+        s, speed, _ = profile.at_time(profile.time_at(self.progress) + since)
         if not v_x < speed[0] - SLOWER:
             return s, speed
         # It accelerates until it is as fast as the profile where it is then.
@@ -237,7 +237,7 @@ class RunningPathTracking:
         if not len(caught):
             return slow
         then = moments[caught[0]]
-        s, speed, _ = profile.at_time(profile.moment(float(driven[caught[0]])) + since - then)
+        s, speed, _ = profile.at_time(profile.time_at(driven[caught[0]]) + since - then)
         return np.where(since < then, slow[0], s), np.where(since < then, slow[1], speed)
 
     def _alongside(self, psi: float, heading: float) -> int:

@@ -9,15 +9,17 @@ from numpy.typing import ArrayLike
 
 from rumo.checks import as_numbers, finite_number, non_negative_number, positive_number
 from rumo.errors import ArgumentError, ShapeError
+from rumo.kernel import Curve
 from rumo.references.clothoids import checked_curvature, clothoids
 from rumo.references.pieces import Nodes, polynomials, with_straights
-from rumo.references.projection import Projection
 from rumo.references.splines import checked_points, spline
 from rumo.signals import Array, read_only
 
 TURN = 2.0 * np.pi
 CLOSING = 1e-6
 """How far a closed path may end from where it began, as a share of its length, and how far its heading [rad]."""
+AMBIGUOUS, FARTHEST = 0.01, 3.0
+"""Distance that the right heading is worth: a share of the path's length, and at most so much [m]."""
 
 
 class PathPoints(NamedTuple):
@@ -140,20 +142,14 @@ class Path:
             self.turning = TURN * round(self.turning / TURN)
             nodes = _closed(nodes, self.turning)
         self.nodes, self.stations = read_only(nodes.s), read_only(stations)
-        pieces = polynomials(nodes)
-        self._pieces = pieces if closed else with_straights(pieces)
-        self._projection = Projection(self._pieces, closed)
+        pieces = polynomials(nodes) if closed else with_straights(polynomials(nodes))
+        self._curve = Curve(pieces.x, pieces.c, np.array([0.0, 0.0, self.turning, 0.0, 0.0]) if closed else None)
+        self._gap = float(np.diff(nodes.s).max())
+        self._at_nodes = PathPoints(*map(read_only, self.at(nodes.s)))
 
     def at(self, s: ArrayLike) -> PathPoints:
         """The path at arc lengths [m], of any shape; beyond a lap, or beyond the ends, too."""
-        s = np.asarray(s, dtype=float)
-        if not self.closed:
-            values = self._pieces(s)
-            return PathPoints(*(values[..., i] for i in range(5)))
-        lap = np.floor(s / self.length)
-        values = self._pieces(s - lap * self.length)
-        x, y, heading, curvature, rate = (values[..., i] for i in range(5))
-        return PathPoints(x, y, heading + lap * self.turning, curvature, rate)
+        return PathPoints(*self._curve(s))
 
     def project(
         self, point: ArrayLike, near: float | None = None, *, window: float = 10.0, heading: float | None = None
@@ -186,7 +182,7 @@ class Path:
         if not np.isfinite(place).all():
             return np.nan
         if near is None:
-            s = self._projection.anywhere(x, y, None if heading is None else finite_number(heading, "heading"))
+            s = self._anywhere(x, y, None if heading is None else finite_number(heading, "heading"))
             within = s % self.length if self.closed else s
             return 0.0 if self.closed and within == self.length else within  # a hair before the line
         middle, reach = finite_number(near, "near"), positive_number(window, "window")
@@ -194,10 +190,22 @@ class Path:
 
     def nearest(self, x: float, y: float, low: float, high: float) -> float:
         """Arc length of the nearest point between two arc lengths, unchecked [m]."""
-        if self.closed and high - low > self.length:
-            middle = 0.5 * (low + high)
-            low, high = middle - 0.5 * self.length, middle + 0.5 * self.length
-        return self._projection.between(x, y, low, high)
+        return self._curve.nearest(x, y, low, high)
+
+    def _anywhere(self, x: float, y: float, heading: float | None) -> float:
+        """Arc length of the nearest point of all, or of those about as near where the path has that heading [m]."""
+        there = self._at_nodes
+        distances = (there.x - x) ** 2 + (there.y - y) ** 2
+        if heading is None:
+            i = int(distances.argmin())
+            # Its neighbours, and the straights beyond the ends of an open path.
+            reach = self._gap + (0.0 if self.closed else float(np.sqrt(distances[i])))
+        else:
+            near = min(AMBIGUOUS * self.length, FARTHEST)
+            i = int((distances + near**2 * (1.0 - np.cos(there.heading - heading))).argmin())
+            reach = 2.0 * near
+        s = float(self.nodes[i])
+        return self.nearest(x, y, s - reach, s + reach)
 
     def offset(self, s: ArrayLike, distance: ArrayLike) -> Array:
         """Positions (n, 2) at distances to the left of the path's points at arc lengths, (n,) both [m]."""

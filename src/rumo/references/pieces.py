@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.interpolate import PPoly
 
+from rumo.kernel import Curve
 from rumo.signals import Array
 
 
@@ -47,10 +48,10 @@ def with_straights(pieces: PPoly) -> PPoly:
     """The same with a straight before the beginning, and one after the end, of any length."""
     ends: Any = pieces.c[:, [0, -1]]
     s = np.r_[pieces.x[0], pieces.x[-1]]
-    values: Any = pieces(s)
+    values = Curve(pieces.x, pieces.c)(s)  # to the last digit as the path itself will be
     straights = np.zeros_like(ends)
-    straights[4, :, 0], straights[4, :, 1] = np.cos(values[:, 2]), np.sin(values[:, 2])
-    straights[5, :, :3] = values[:, :3]
+    straights[4, :, 0], straights[4, :, 1] = np.cos(values[2]), np.sin(values[2])
+    straights[5, :, :3] = values[:3].T
     straights[5, 0] -= straights[4, 0]  # it begins a metre before
     c = np.concatenate([straights[:, :1], pieces.c, straights[:, 1:]], axis=1)
     # The end itself is still of the path.

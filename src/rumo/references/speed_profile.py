@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
-from math import sqrt
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import PPoly
 
 from rumo.checks import as_numbers
 from rumo.errors import ArgumentError, ShapeError
+from rumo.kernel import Curve
 from rumo.references.jerk import jerk
 from rumo.signals import Array, read_only
 
@@ -70,9 +66,7 @@ class SpeedProfile:
         self.t = read_only(np.r_[0.0, np.cumsum(2.0 * gaps / (v[:-1] + v[1:]))])
         self.duration = float(self.t[-1])
         self._length = float(s[-1] - s[0])
-        self._stations, self._speeds = self.s.tolist(), self.v.tolist()
-        self._accelerations, self._times = self.a.tolist(), self.t.tolist()
-        self._by_time = _by_time(self.s, self.v, self.a, self.t)
+        self._by_time = _by_time(self.s, self.v, self.a, self.t, self.closed)
 
     def speed_at(self, s: ArrayLike) -> Array:
         """Speed at arc lengths [m/s]."""
@@ -86,38 +80,12 @@ class SpeedProfile:
 
     def time_at(self, s: ArrayLike) -> Array:
         """When arc lengths are reached [s]. Where the speed beyond an end is 0, that end is as far as it gets."""
-        within, lap = self._within(s)
-        i = np.clip(np.searchsorted(self.s, within, side="right") - 1, 0, len(self.a) - 1)
-        inside = np.clip(within, self.s[0], self.s[-1])
-        mean = 0.5 * (self.v[i] + np.sqrt(np.interp(inside, self.s, self.v**2)))
-        since = np.divide(inside - self.s[i], mean, out=np.zeros_like(inside), where=mean > 0.0)
-        end = np.where(within < self.s[0], self.v[0], self.v[-1])
-        beyond = np.divide(within - inside, end, out=np.zeros_like(inside), where=end > 0.0)
-        return self.t[i] + since + beyond + lap * self.duration
-
-    def moment(self, s: float) -> float:
-        """The same for one arc length, unchecked and fast [s]."""
-        lap = 0.0
-        if self.closed:
-            lap = (s - self._stations[0]) // self._length
-            s -= lap * self._length
-        i = min(max(bisect_right(self._stations, s) - 1, 0), len(self._stations) - 2)
-        inside = min(max(s, self._stations[0]), self._stations[-1])
-        v, distance, beyond = self._speeds[i], inside - self._stations[i], s - inside
-        end = self._speeds[0] if beyond < 0.0 else self._speeds[-1]
-        mean = 0.5 * (v + sqrt(max(v * v + 2.0 * self._accelerations[i] * distance, 0.0)))
-        since = distance / mean if mean > 0.0 else 0.0
-        return self._times[i] + since + (beyond / end if end > 0.0 else 0.0) + lap * self.duration
+        return self._by_time.when(s)
 
     def at_time(self, t: ArrayLike) -> tuple[Array, Array, Array]:
         """Arc length, speed and acceleration at times [m], [m/s], [m/s^2], each of their shape."""
-        t = np.asarray(t, dtype=float)
-        if not self.closed:
-            values: Any = self._by_time(t)
-            return values[..., 0], values[..., 1], values[..., 2]
-        lap = np.floor(t / self.duration)
-        values = self._by_time(t - lap * self.duration)
-        return values[..., 0] + lap * self._length, values[..., 1], values[..., 2]
+        s, speed, acceleration = self._by_time(t)
+        return s, speed, acceleration
 
     @property
     def largest_jerk(self) -> float:
@@ -141,10 +109,14 @@ class SpeedProfile:
         return f"SpeedProfile({kind}{self._length:.6g} m, {self.duration:.4g} s, {low:.3g} to {high:.3g} m/s)"
 
 
-def _by_time(s: Array, v: Array, a: Array, t: Array) -> PPoly:
-    """Arc length, speed and acceleration by time, with speeds held for a second before and after, and so on."""
-    first, last = s[0] - v[0], s[-1]
-    s, v, a = np.r_[first, s[:-1], last], np.r_[v[0], v[:-1], v[-1]], np.r_[0.0, a, 0.0]
+def _by_time(s: Array, v: Array, a: Array, t: Array, closed: bool) -> Curve:
+    """Arc length, speed and acceleration by time, lap after lap, or with speeds held before and after."""
+    lap = np.array([s[-1] - s[0], 0.0, 0.0]) if closed else None
+    if closed:
+        s, v = s[:-1], v[:-1]
+    else:
+        s, v, a = np.r_[s[0] - v[0], s], np.r_[v[0], v], np.r_[0.0, a, 0.0]
+        t = np.r_[t[0] - 1.0, t, t[-1] + 1.0]
     none = np.zeros_like(a)
     c = np.stack([np.stack([0.5 * a, none, none], 1), np.stack([v, a, none], 1), np.stack([s, v, a], 1)])
-    return PPoly(c, np.r_[t[0] - 1.0, t, t[-1] + 1.0])
+    return Curve(t, c, lap)

@@ -189,9 +189,10 @@ class VehicleParameters:
 
     def rolling(self, speed: Array, curvature: Array) -> dict[str, Array]:
         """States v_y, w_f, w_r, delta of rolling without slip at a speed [m/s] along a curvature [1/m], all (n,)."""
+        steered = self.wheelbase * curvature
         return {
             "v_y": self.l_r * (speed * curvature),
-            "w_f": speed * np.sqrt(1.0 + (self.wheelbase * curvature) ** 2) / self.r,
+            "w_f": speed * np.hypot(1.0, steered) / self.r,
             "w_r": speed / self.r,
-            "delta": np.arctan(self.wheelbase * curvature),
+            "delta": np.arctan(steered),
         }
