@@ -111,7 +111,7 @@ def motion(
         "velocity_along": speed,
         "velocity_across": none,
     }
-    if any(name in names for name in VELOCITIES):
+    if "velocity_x" in names or "velocity_y" in names:
         known |= {"velocity_x": speed * np.cos(points.heading), "velocity_y": speed * np.sin(points.heading)}
     further = {} if vehicle is None or known.keys() >= {*names} else vehicle.rolling(ahead, bend)
     return {name: _own(further[name]) if name in further else known[name] for name in names}

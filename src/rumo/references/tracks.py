@@ -87,7 +87,8 @@ class Track:
         """Widths to the left and to the right beside the front and the rear of a vehicle, by the place of its centre.
 
         For `PathTracking(parameters=...)`, where a problem has `rumo.vehicles.track_limits`. Each is the least within a
-        quarter of the vehicle's length, so that it cuts no corner between two stages.
+        quarter of the vehicle's length, so that it cuts no corner between two stages; a number, if it is the same
+        everywhere.
 
         Parameters
         ----------
@@ -135,9 +136,10 @@ class Track:
             return np.broadcast_to(values, s.shape)
         return np.full(s.shape, width)
 
-    def is_even(self, side: int) -> bool:
-        """Whether the width to one side is the same everywhere."""
-        return not callable(self._widths[side])
+    def even(self, side: int) -> Array | None:
+        """Width to one side, () [m], if it is the same everywhere."""
+        width = self._widths[side]
+        return None if callable(width) else width
 
     def __repr__(self) -> str:
         return f"Track({self.name!r}, {self.path!r})"
@@ -152,8 +154,9 @@ class _Room:
     side: int
 
     def __call__(self, s: Array) -> Array:
-        if self.track.is_even(self.side):
-            return self.track.width(self.side, s)
+        even = self.track.even(self.side)
+        if even is not None:
+            return even
         return np.minimum.reduce(self.track.width(self.side, s[:, None] + self.ahead), axis=1)
 
 
