@@ -98,7 +98,11 @@ class Track:
         front, rear = vehicle.ends
         ends, sides = {"front": front, "rear": rear}, ("left", "right")
         near = 0.25 * (front - rear) * np.linspace(-1.0, 1.0, 5)
-        return {f"{end}_{side}": _Room(self, ends[end] + near, i) for end in ends for i, side in enumerate(sides)}
+        return {f"{end}_{side}": self._room(ends[end] + near, i) for end in ends for i, side in enumerate(sides)}
+
+    def _room(self, ahead: Array, side: int) -> Callable[[Array], Array]:
+        width = self._widths[side]
+        return width.least(ahead) if isinstance(width, _Sampled) else _Room(self, ahead, side)
 
     def about(self, line: Path, spacing: float = 1.0) -> Track:
         """The same track about another line along it, such as a race line.
@@ -174,6 +178,17 @@ class _Sampled:
 
     def __call__(self, s: Array) -> Array:
         return np.interp(s if self._period is None else s % self._period, self._s, self._width)
+
+    def least(self, ahead: Array) -> _Sampled:
+        """The least at distances (k,) ahead of a place: straight lines as well, which end where two of them cross."""
+        s = np.unique(self._s[:, None] - ahead)
+        width = self(s[:, None] + ahead)
+        between = width[:, :, None] - width[:, None]
+        before, after = between[:-1], between[1:]
+        piece, *pair = np.nonzero(before * after < 0.0)
+        share = before[piece, *pair] / (before[piece, *pair] - after[piece, *pair])
+        s = np.unique(np.r_[s, s[piece] + share * np.diff(s)[piece]])
+        return _Sampled(s, np.minimum.reduce(self(s[:, None] + ahead), axis=1), self._period)
 
 
 def _checked(width: Width, path: Path, argument: str) -> Array | Callable[[Array], ArrayLike]:
