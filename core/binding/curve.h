@@ -14,7 +14,7 @@ class Curve {
 public:
     Curve(nb::handle breaks, nb::handle coefficients, nb::handle shift, int pieces, int values, int order)
         : api_(portable_table()) {
-        if (pieces < 1 || values < 2 || order < 1) throw nb::value_error("a curve has pieces, and a position");
+        if (pieces < 1 || values < 1 || order < 1) throw nb::value_error("a curve has pieces, and a value");
         const auto p = static_cast<std::size_t>(pieces), v = static_cast<std::size_t>(values);
         breaks_.emplace(breaks, p + 1, "breaks");
         coefficients_.emplace(coefficients, p * v * static_cast<std::size_t>(order), "coefficients");
@@ -34,6 +34,7 @@ public:
     }
 
     double nearest(double x, double y, double low, double high) const {
+        if (curve_.values < 2) throw nb::value_error("a position has two values");
         return api_->curve_nearest(&curve_, x, y, low, high);
     }
 

@@ -15,7 +15,7 @@ enum { WILD = sizeof wild / sizeof *wild };
 static double *numbers(ptrdiff_t count) { return memory_of((size_t)count * sizeof(double)); }
 
 static rumo_curve random_curve(int closed) {
-    const int pieces = 1 + below(40), values = 2 + below(4), order = 1 + below(6);
+    const int pieces = 1 + below(40), values = 1 + below(5), order = 1 + below(6);
     double *const breaks = numbers(pieces + 1), *const coefficients = numbers((ptrdiff_t)pieces * values * order);
     double *const shift = closed ? numbers(values) : NULL;
     breaks[0] = uniform(-10.0, 10.0);
@@ -86,7 +86,7 @@ static void wild_arguments(const rumo_curve *c) {
             rumo_core.curve_when(c, wild + i, 1, &time);
             CHECK(isfinite(wild[i]) || isnan(time), "%g at %g", time, wild[i]);
         }
-        for (int j = 0; j < WILD; ++j) {
+        for (int j = 0; c->values > 1 && j < WILD; ++j) {
             const double low = wild[j], high = wild[below(WILD)], x = wild[i], y = uniform(-1.0, 1.0);
             const double s = rumo_core.curve_nearest(c, x, y, low, high);
             const int possible = isfinite(x) && isfinite(low) && isfinite(high) && low <= high;

@@ -18,7 +18,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 def drawn(seed):
     """Polynomials of some order on pieces of any length, and a random generator; all of them end at a power of 2."""
     rng = np.random.default_rng(seed)
-    order, count, values = rng.integers(1, 8), rng.integers(1, 60), rng.integers(2, 7)
+    order, count, values = rng.integers(1, 8), rng.integers(1, 60), rng.integers(1, 7)
     breaks = np.r_[0.0, np.cumsum(rng.uniform(0.01, 5.0, count))]
     end = 2.0 ** rng.integers(0, 8)
     breaks = np.r_[breaks[:-1] * (end / breaks[-1]), end]
@@ -156,11 +156,12 @@ def test_threads_share_a_curve(curve):
     [
         lambda: Curve(np.arange(3.0), np.ones((2, 3, 2))),
         lambda: Curve(np.arange(3.0), np.ones((2, 2, 2)), np.zeros(3)),
-        lambda: Curve(np.arange(3.0), np.ones((2, 2, 1))),
+        lambda: Curve(np.arange(3.0), np.ones((2, 2, 0))),
+        lambda: Curve(np.arange(3.0), np.ones((2, 2, 1))).nearest(0.0, 0.0, 0.0, 1.0),
         lambda: Curve(np.arange(1.0), np.ones((2, 0, 2))),
         lambda: open_or_closed(False).when(1.0),
     ],
 )
 def test_what_is_no_curve(make):
-    with pytest.raises(ValueError, match=r"expected \d+ doubles|a curve has|a motion has"):
+    with pytest.raises(ValueError, match=r"expected \d+ doubles|a curve has|a motion has|a position has"):
         make()

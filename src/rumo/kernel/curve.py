@@ -21,7 +21,7 @@ class Curve:
     breaks : ndarray, (m + 1,)
         Where the pieces meet, increasing.
     coefficients : ndarray, (k, m, n)
-        Of n values, at least 2, on m pieces, of the highest power first, by the distance from where a piece begins.
+        Of n values on m pieces, of the highest power first, by the distance from where a piece begins.
     shift : ndarray, (n,), optional
         Of a closed curve: what a lap adds to each value.
     """

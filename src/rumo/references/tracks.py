@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from rumo.checks import as_numbers, checked, positive_number, printable
 from rumo.errors import ArgumentError, ShapeError
+from rumo.kernel import Curve
 from rumo.references.aside import widths_about
 from rumo.references.generators import Bend, bends, closing, figure_of_eight
 from rumo.references.paths import Path
@@ -168,16 +169,17 @@ class _Sampled:
     """A width by straight lines between samples; as at the ends beyond them, or periodic."""
 
     def __init__(self, s: Array, width: Array, period: float | None) -> None:
-        self._period = period
-        if period is not None:
-            # As np.interp with a period, which would sort them each time.
+        lap = None
+        if period is None:
+            s, width = np.r_[s[0] - 1.0, s, s[-1] + 1.0], np.r_[width[0], width, width[-1]]
+        else:
             s, first = np.unique(s % period, return_index=True)
-            width = width[first]
-            s, width = np.r_[s[-1] - period, s, s[0] + period], np.r_[width[-1], width, width[0]]
-        self._s, self._width = s, width
+            s, width, lap = np.r_[s, s[0] + period], np.r_[width[first], width[first[0]]], np.zeros(1)
+        self._s, self._period = s, period
+        self._lines = Curve(s, np.stack([np.diff(width) / np.diff(s), width[:-1]])[:, :, None], lap)
 
     def __call__(self, s: Array) -> Array:
-        return np.interp(s if self._period is None else s % self._period, self._s, self._width)
+        return self._lines(s)[0]
 
     def least(self, ahead: Array) -> _Sampled:
         """The least at distances (k,) ahead of a place: straight lines as well, which end where two of them cross."""
