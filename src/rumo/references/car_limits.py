@@ -11,6 +11,7 @@ from rumo.signals import Array
 from rumo.vehicles.axles import LEAST_LOAD
 from rumo.vehicles.parameters import GRAVITY, VehicleParameters
 from rumo.vehicles.rolling_bicycle import TYRE
+from rumo.vehicles.traction import traction
 
 STEPS = 64
 HALVINGS = 50
@@ -62,17 +63,21 @@ def _resistance(car: VehicleParameters, mu: float, lateral: Array) -> Array:
 
 def _largest(car: VehicleParameters, limit: float, lateral: Array, sign: float, front: float) -> Array:
     """The largest acceleration (n,), forwards or backwards, of which the front axle gives a share, by bisection."""
+    axles = (
+        (front, car.l_r, -1.0, traction(car.front, car.front_load)),
+        (1.0 - front, car.l_f, 1.0, traction(car.rear, car.rear_load)),
+    )
     low, high = np.zeros_like(lateral), np.full_like(lateral, 2.0 * limit * GRAVITY * max(1.0, 0.5 / max(front, 0.5)))
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         good = np.ones(len(lateral), dtype=bool)
-        for share, arm, away in ((front, car.l_r, -1.0), (1.0 - front, car.l_f, 1.0)):
+        for share, arm, away, most in axles:
             # Per mass: of the axle's mean wheel, what it carries; of its inner one, what is left of that.
             mean = 0.5 * (arm * GRAVITY + away * sign * middle * car.h) / car.wheelbase
             mean = np.maximum(mean, LEAST_LOAD * 0.5 * arm * GRAVITY / car.wheelbase)
             inner = np.maximum(mean - arm / car.wheelbase * car.h * lateral / (2.0 * car.t_w), LEAST_LOAD * mean)
             along = (0.5 * share * car.rolling_mass - car.J / car.r**2) / car.m * middle
             across = 0.5 * lateral * arm / car.wheelbase
-            good &= (along / (limit * inner)) ** 2 + (across / (limit * mean)) ** 2 <= 1.0
+            good &= (along / (most * limit * inner)) ** 2 + (across / (limit * mean)) ** 2 <= 1.0
         low, high = np.where(good, middle, low), np.where(good, high, middle)
     return low

@@ -16,6 +16,7 @@ from rumo.terms import Constraint, Penalty
 from rumo.vehicles.chassis import WheelForces, tyre_friction
 from rumo.vehicles.commands import Drive, Steering
 from rumo.vehicles.parameters import TyreParameters, VehicleParameters
+from rumo.vehicles.traction import traction
 from rumo.vehicles.tyres import Tyre, slip
 
 WHEELS = ("f", "r")
@@ -124,12 +125,15 @@ class Axles:
 
     def ellipses(self, penalty: Penalty | None, grip: float) -> dict[str, Constraint]:
         """Friction ellipses of the front and of the rear axle."""
+        par = self.parameters
+        shares = traction(par.front, par.front_load), traction(par.rear, par.rear_load)
 
         def ellipse(axle: int) -> Any:
             def expression(x: Any, u: Any, p: Any) -> Any:
                 wheel = self.forces(x, u, p)[axle]
                 limit, mean = grip * wheel.mu, 0.5 * (wheel.inner + wheel.outer)
-                return (wheel.F_x / (limit * wheel.inner)) ** 2 + (wheel.F_y / (limit * mean)) ** 2 - 1.0
+                along = shares[axle] * limit * wheel.inner
+                return (wheel.F_x / along) ** 2 + (wheel.F_y / (limit * mean)) ** 2 - 1.0
 
             return expression
 

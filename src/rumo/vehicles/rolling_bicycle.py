@@ -133,8 +133,9 @@ def friction_ellipses(
 ) -> dict[str, Constraint]:
     """Friction ellipse of the front and of the rear axle, for problems with `rolling_bicycle` or `frenet_bicycle`.
 
-    `(F_x / (mu F_z,inner))^2 + (F_y / (mu F_z))^2 <= grip^2` for a mean wheel: the wheels of an axle get the same
-    torque, so what they can push along the car is what the inner one, which carries less, can.
+    `(F_x / (k mu F_z,inner))^2 + (F_y / (mu F_z))^2 <= grip^2` for a mean wheel: the wheels of an axle get the same
+    torque, so what they can push along the car is what the inner one, which carries less, can. The share k is 1, and
+    less for soft tyres, whose wheels spin or lock before: see `rumo.vehicles.traction`.
 
     Parameters
     ----------

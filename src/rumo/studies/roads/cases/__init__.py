@@ -58,7 +58,6 @@ CASES: Mapping[str, Case] = MappingProxyType(
         "ice": Ice(),
         "rest": Rest(),
         "racer": Racer(),
-        "racer-along": Racer(along=0.6),
     }
 )
 """What is driven, by name."""

@@ -42,30 +42,14 @@ PATIENCE = 1.3
 
 @dataclass(frozen=True)
 class Racer(Case):
-    """A lap with each seed.
+    """A lap with each seed."""
 
-    Parameters
-    ----------
-    along : float
-        Share of what its grip allows in braking and driving that the profile uses.
-    """
-
-    along: float = 1.0
-
-    @property
-    def title(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """For readers."""
-        return "1:10 racer" if self.along == 1.0 else f"1:10 racer, along {self.along:g}"
-
-    @property
-    def told(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """What is driven."""
-        less = f", and {self.along:g} of that in braking and driving" if self.along < 1.0 else ""
-        return (
-            f"A lap of a track of {WIDTH:g} m of width by the car of F1TENTH with four wheels and load transfer, at "
-            f"{GRIP:g} of its grip{less}, and {1.0 / SAMPLING_TIME:g} Hz; actuators have a dead time of 20 ms, "
-            f"measurements are {LATE} samples old when they arrive, and both are known; wind, noise, a Kalman filter."
-        )
+    title = "1:10 racer"
+    told = (
+        f"A lap of a track of {WIDTH:g} m of width by the car of F1TENTH with four wheels and load transfer, at "
+        f"{GRIP:g} of its grip, and {1.0 / SAMPLING_TIME:g} Hz; actuators have a dead time of 20 ms, measurements are "
+        f"{LATE} samples old when they arrive, and both are known; wind, noise, a Kalman filter."
+    )
 
     def variants(self, conditions: Conditions) -> tuple[Variant, ...]:
         """The seeds."""
@@ -75,7 +59,7 @@ class Racer(Case):
         self, controller: str, variant: Variant, conditions: Conditions, progress: Progress | None = None
     ) -> RoadDrive:
         """One lap."""
-        road, profile, noise = road_of(), profile_of(self.along), noise_of(CAR)
+        road, profile, noise = road_of(), profile_of(), noise_of(CAR)
         setting = DriveSetting(
             road.path,
             profile,
@@ -123,7 +107,7 @@ class Racer(Case):
         return road_of(), self._driven
 
     def _driven(self, log: Any) -> Driven:
-        return Driven(log, road_of().track, road_of().path, profile_of(self.along), CAR)
+        return Driven(log, road_of().track, road_of().path, profile_of(), CAR)
 
 
 @lru_cache
@@ -156,11 +140,9 @@ def road_of() -> DrivenRoad:
 
 
 @lru_cache
-def profile_of(along: float) -> SpeedProfile:
-    """At its share of grip, and a share of that in braking and driving."""
-    limits = SpeedLimits.of_car(CAR, GRIP)
-    limits = replace(limits, braking=along * limits.braking, driving=along * limits.driving)
-    return speed_profile(road_of().path, limits, spacing=0.05)
+def profile_of() -> SpeedProfile:
+    """At its share of grip."""
+    return speed_profile(road_of().path, SpeedLimits.of_car(CAR, GRIP), spacing=0.05)
 
 
 @lru_cache
