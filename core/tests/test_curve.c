@@ -109,7 +109,7 @@ static void wild_curves(void) {
 /* A circle about the origin, of so many cubic pieces that 1e-5 of a turn is more than they are off; closed or not. */
 static void nearest_of_a_circle(int closed) {
     enum { PIECES = 100, ORDER = 4 };
-    const double turn = 6.283185307179586477, radius = uniform(1.0, 500.0), step = turn / PIECES, h = radius * step;
+    const double turn = 6.283185307179586477, radius = uniform(1.0, 500.0), step = turn / (int)PIECES, h = radius * step;
     double breaks[PIECES + 1], coefficients[PIECES][2][ORDER], shift[2] = {0.0, 0.0};
     for (int i = 0; i <= PIECES; ++i) breaks[i] = i * h;
     for (int i = 0; i < PIECES; ++i)

@@ -21,7 +21,7 @@ def least(track, side, ahead, s):
     return track.limits(s[:, None] + near)[side].min(axis=1)
 
 
-def check(track):
+def check(track, atol=1e-12):
     s = np.linspace(-0.7, 1.7, 3001) * track.path.length
     room, (front, rear) = track.room(PAPER_CAR), PAPER_CAR.ends
     assert set(room) == {"front_left", "front_right", "rear_left", "rear_right"}
@@ -29,13 +29,22 @@ def check(track):
         for side, where in enumerate(("left", "right")):
             expected = least(track, side, ahead, s)
             found = np.broadcast_to(room[f"{name}_{where}"](s), s.shape)
-            np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12)
+            np.testing.assert_allclose(found, expected, rtol=0.0, atol=atol)
 
 
 @every_path
 def test_widths_at_stations(path):
     rng = np.random.default_rng(1)
     check(Track(path, *rng.uniform(2.0, 5.0, (2, len(path.stations)))))
+
+
+@pytest.mark.parametrize("spacing", [1.0, 0.1])
+def test_stations_closer_than_a_car_is_long_also_where_a_lap_begins(spacing):
+    s = np.arange(0.0, 2.0 * np.pi * 20.0, spacing)
+    path = Path(20.0 * np.column_stack([np.cos(s / 20.0), np.sin(s / 20.0)]), closed=True)
+    rng = np.random.default_rng(3)
+    # Lines of slopes up to 10 cross where rounding of arc lengths of 100 m leaves them.
+    check(Track(path, *rng.uniform(3.0, 4.0, (2, len(path.stations)))), atol=1e-9)
 
 
 @every_path

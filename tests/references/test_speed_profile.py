@@ -201,3 +201,8 @@ def test_stops_are_stops():
 def test_mistakes(make, message):
     with pytest.raises(rumo.ArgumentError, match=message):
         make()
+
+
+def test_what_turning_takes_has_to_be_overcome_somewhere():
+    with pytest.raises(rumo.ArgumentError, match=r"resistance: got 2.5 m/s.* at first, expected at first at most"):
+        SpeedLimits(8.0, 1.0, 1.0, top=40.0, resistance=(2.5, 2.5))

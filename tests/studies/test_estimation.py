@@ -128,6 +128,9 @@ def test_seeds_are_taken_together():
     assert (found["drives"], found["lost"], found["settled_s"]) == (3, 1, 0.4)
     assert (found["rmse"]["position"], found["position_worst_m"], found["update_time_us"]) == (0.2, 0.3, 30.0)
     assert together([*every, {**every[0], "settled_s": None}])["settled_s"] is None
+    lost = {**every[0], "rmse": {"position": None}, "lost": True}  # before errors count
+    assert together([*every, lost])["position_worst_m"] == 0.3
+    assert together([lost])["position_worst_m"] is None
 
     class Made:
         outcome = every[0]

@@ -14,8 +14,8 @@ from rumo.references.manoeuvres import iso_3888_2
 from rumo.report.figures import draw
 from rumo.studies.base import carry_out, nested
 from rumo.studies.roads import CASES, Conditions, Goal, RoadStudy, Row
-from rumo.studies.roads.cases.moose import least_room
-from rumo.studies.roads.outcome import log_of
+from rumo.studies.roads.cases.moose import is_clean, least_room, speed_at
+from rumo.studies.roads.outcome import RoadDrive, log_of
 from rumo.studies.roads.report import findings, goals_table
 from rumo.studies.roads.rows import largest, median, share
 from rumo.vehicles import PASSENGER_CAR
@@ -113,6 +113,8 @@ def test_cones_are_compared_with_the_corners_of_the_car(y, room):
     through = motion | {"p_x": [0.0, 30.0]}
     beyond = change.lanes[1].right - (y - 0.5 * PASSENGER_CAR.width)
     assert least_room(driven(log_of(through))) == pytest.approx(-beyond)
+    assert speed_at(driven(log_of(motion)), 1e3) is None
+    assert not is_clean(RoadDrive({"outcome": "lost", "least_room_m": None}))
 
 
 def test_a_moose_test_ends_with_the_first_cone():

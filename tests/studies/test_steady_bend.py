@@ -52,5 +52,7 @@ def test_arguments_are_checked():
     driven = driven_car("four-wheel", CAR, 0.04)
     with pytest.raises(rumo.ArgumentError, match="speed: got 0"):
         steady_bend(driven, 0.0)
+    with pytest.raises(rumo.ArgumentError, match=r"speed: got 4 m/s, at which steering gives .* expected at least"):
+        steady_bend(driven, 4.0)
     with pytest.raises(rumo.ArgumentError, match="driven: got 'four-wheel'"):
         steady_bend("four-wheel", 20.0)

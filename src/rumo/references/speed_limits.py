@@ -71,6 +71,9 @@ class SpeedLimits:
                 object.__setattr__(self, part.name, float(value))
             elif value is not None:
                 object.__setattr__(self, part.name, _table(value, part.name))
+        if self.resistance is not None and self.resistance[0] > self.braking + self.driving:
+            most = f"at first at most braking and driving together, {self.braking + self.driving:g} m/s^2"
+            raise ArgumentError("resistance", f"{self.resistance[0]:g} m/s^2 at first", most)
 
     @classmethod
     def race(

@@ -63,7 +63,8 @@ def held(limits: SpeedLimits) -> float:
     used = np.linspace(0.0, 1.0, 1001)
     there = [np.array([of(u) for u in used]) for of in map(left, (limits.braking_left, limits.driving_left))]
     taken = np.interp(used, np.linspace(0.0, 1.0, len(limits.resistance)), limits.resistance)
-    return float(used[taken <= limits.braking * there[0] + limits.driving * there[1] + 1e-9].max())
+    beyond = taken > limits.braking * there[0] + limits.driving * there[1] + 1e-9
+    return float(used[max(int(np.argmax(beyond)) - 1, 0)]) if beyond.any() else 1.0
 
 
 def _ellipse(used: float) -> float:

@@ -27,6 +27,8 @@ class Bodied(Protocol):
         ...
 
 
+SAME = 1e-9
+"""Places as close as this are one [m]."""
 Width = float | ArrayLike | Callable[[Array], ArrayLike]
 
 
@@ -174,7 +176,9 @@ class _Sampled:
             s, width = np.r_[s[0] - 1.0, s, s[-1] + 1.0], np.r_[width[0], width, width[-1]]
         else:
             s, first = np.unique(s % period, return_index=True)
-            s, width, lap = np.r_[s, s[0] + period], np.r_[width[first], width[first[0]]], np.zeros(1)
+            apart = np.diff(np.r_[s, s[0] + period]) > SAME
+            s, width = s[apart], width[first][apart]
+            s, width, lap = np.r_[s, s[0] + period], np.r_[width, width[0]], np.zeros(1)
         self._s, self._period = s, period
         self._lines = Curve(s, np.stack([np.diff(width) / np.diff(s), width[:-1]])[:, :, None], lap)
 
@@ -183,7 +187,11 @@ class _Sampled:
 
     def least(self, ahead: Array) -> _Sampled:
         """The least at distances (k,) ahead of a place: straight lines as well, which end where two of them cross."""
-        s = np.unique(self._s[:, None] - ahead)
+        if self._period is None:
+            s = np.unique(self._s[:, None] - ahead)
+        else:
+            s = np.unique((self._s[:-1, None] - ahead) % self._period)
+            s = np.r_[s, s[0] + self._period]
         width = self(s[:, None] + ahead)
         between = width[:, :, None] - width[:, None]
         before, after = between[:-1], between[1:]

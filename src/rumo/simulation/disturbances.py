@@ -54,7 +54,11 @@ class Disturbances:
             if isinstance(source, Disturbance):
                 self._values[:, column] = _sampled(source, argument, times.copy(), rng)
             else:
-                self._by_state.append((column, argument, source.start(states)))
+                value = source.start(states)
+                if not callable(value):
+                    expected = "a function from a state (nx,) to a number"
+                    raise ArgumentError(f"{argument}.start()", repr(value), expected)
+                self._by_state.append((column, argument, value))
 
     def at(self, k: int, x: Array) -> Array:
         """Parameters (np_,) at sample k, of a plant in state x (nx,)."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import hypot, isfinite, pi
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from rumo.controllers import Controller
+from rumo.errors import PlantError
 from rumo.references import Path, SpeedProfile, Track
 from rumo.simulation import ClosedLoop, Sample, Scenario
 from rumo.simulation.run import record
@@ -70,6 +71,18 @@ class DriveRun:
         watch = _Watch(self, progress)
         log = record(ClosedLoop(self.scenario, controller), until=watch)
         return log.assign_attrs(outcome=watch.outcome, ended=watch.ended)
+
+
+def to_its_end(drive: Callable[[], xr.Dataset]) -> xr.Dataset:
+    """The log of a drive; a plant that cannot go on is a car that is lost."""
+    try:
+        return drive()
+    except PlantError as error:
+        log: Any = getattr(error, "log", None)
+        if log is None or not log.sizes["time"]:
+            raise
+        end = float(log["time"].to_numpy()[-1])
+        return log.assign_attrs(outcome=LOST, ended=f"Lost after {end:.2f} s: the plant could not go on, as in a spin.")
 
 
 class _Watch:

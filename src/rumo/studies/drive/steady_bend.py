@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot
+from math import hypot, sqrt, tan
 
 from rumo.checks import checked, positive_number
-from rumo.errors import PlantError
+from rumo.errors import ArgumentError, PlantError
 from rumo.simulation.foreign import as_plant
 from rumo.studies.drive.plants import DrivenCar
 from rumo.vehicles import Acceleration
+from rumo.vehicles.parameters import GRAVITY
 
 JERK = 0.4
 """Lateral acceleration that steering adds in a second, as long as the car follows it [m/s^3]."""
@@ -17,6 +18,8 @@ FOLLOWS = 0.5
 """How fast the velocity across the car may change in a steady bend [m/s^2]."""
 ENOUGH, SMALL = 1.2, 0.01
 """Steering that has given no more for so many times the angle, and so much [rad], gives no more."""
+LOCK, SPARE = 1.0, 2.0
+"""A steering angle of any car [rad], and how many times its grip has to be less than what steering would give."""
 SETTLED = 1.0
 """For which it drives straight on at first [s]."""
 HOLD = 2.0
@@ -66,11 +69,16 @@ def steady_bend(driven: DrivenCar, speed: float, *, left: bool = True, sampling_
     Raises
     ------
     ArgumentError
-        If the speed is not positive.
+        If the speed is not positive, or so slow that the steering is at its end before the grip.
     """
     checked(driven, "driven", DrivenCar)
     plant, car = as_plant(driven.plant, sampling_time), driven.car
     speed, sign = positive_number(speed, "speed"), 1.0 if left else -1.0
+    reach = speed**2 * tan(min(car.limits.steering_angle, LOCK)) / car.wheelbase
+    if reach < SPARE * car.mu * GRAVITY:
+        got = f"{speed:g} m/s, at which steering gives {reach:.3g} m/s^2 without any slip"
+        slowest = sqrt(SPARE * car.mu * GRAVITY / reach) * speed
+        raise ArgumentError("speed", got, f"at least {slowest:.3g} m/s, so that it is grip that ends the test")
     rate = JERK * car.wheelbase / speed**2
     loads = tuple(name for name in plant.outputs if name.startswith("load_"))
     observe = plant.observer(("v_x", "v_y", "omega", "delta", *loads))

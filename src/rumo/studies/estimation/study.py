@@ -15,6 +15,7 @@ from rumo.report.contents import Report
 from rumo.simulation.observation import Observation
 from rumo.studies.base import Key, Resumable, Run
 from rumo.studies.drive import Drive, DriveRun, noise_of
+from rumo.studies.drive.run import to_its_end
 from rumo.studies.drive.start import first_motion
 from rumo.studies.drive.study import SAMPLING_TIME
 from rumo.studies.estimation.contenders import CONTENDERS
@@ -181,7 +182,7 @@ class EstimationRun:
     def run(self, *, progress: Callable[[int, int], None] | None = None) -> Judged:
         """Drive, and judge."""
         run, scenario = self.drive, self.drive.scenario
-        log = run.run(progress=progress)
+        log = to_its_end(lambda: run.run(progress=progress))
         driven = Driven(log, run.track, run.path, run.profile, self.car)
         found = outcome(driven, after=self.after, bounds=self.bounds, truth=self.truth)
         seen = Observation(scenario.problem, scenario.observed).problem

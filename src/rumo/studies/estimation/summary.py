@@ -58,11 +58,12 @@ def together(outcomes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     every = list(outcomes)
     signals = dict.fromkeys(name for each in every for name in each["rmse"])
     settled = [each["settled_s"] for each in every]
+    worst = [each["rmse"]["position"] for each in every if each["rmse"]["position"] is not None]
     return {
         "drives": len(every),
         "lost": sum(each["lost"] for each in every),
         "rmse": {name: _median(each["rmse"].get(name) for each in every) for name in signals},
-        "position_worst_m": max((each["rmse"]["position"] for each in every), default=None),
+        "position_worst_m": max(worst, default=None),
         "settled_s": None if None in settled else max(settled, default=None),
         "farthest": max((each["farthest"] for each in every if each["farthest"] is not None), default=None),
         **{name: _median(each[name] for each in every) for name in MEDIANS},

@@ -12,6 +12,7 @@ from rumo.references import Path, SpeedLimits, SpeedProfile, Track, deviations, 
 from rumo.report.charts import REFERENCE, Look
 from rumo.signals import Array
 from rumo.studies.drive import DrivenCar, DriveRun, DriveSetting
+from rumo.studies.drive.run import to_its_end
 from rumo.studies.kpis import Driven, kpis
 from rumo.studies.race_line.minimum_time import FOUND, minimum_time
 
@@ -115,6 +116,6 @@ class LineRun:
         """What came of a lap, the car's state known exactly."""
         setting = DriveSetting(path, profile, car, PATIENCE * profile.duration, track=self.track)
         run = DriveRun(setting.scenario(), self.track, path, profile, 0.0, path.length)
-        log = run.run(progress=progress)
+        log = to_its_end(lambda: run.run(progress=progress))
         told = kpis(Driven(log, self.track, path, profile, car.car), DRIVEN)
         return {**{f"driven_{key}": value for key, value in told.items()}, "ended": str(log.attrs["ended"])}

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rumo.controllers import Controller
-from rumo.errors import PlantError
-from rumo.studies.drive.run import LOST, DriveRun
+from rumo.studies.drive.run import DriveRun, to_its_end
 from rumo.studies.kpis import Driven, kpis
 
 if TYPE_CHECKING:
@@ -48,14 +47,7 @@ def driven_until(
     run: DriveRun, controller: Controller, progress: Callable[[int, int], None] | None = None
 ) -> xr.Dataset:
     """The log of a drive; a plant that cannot go on is a car that is lost."""
-    try:
-        return run.run(controller, progress=progress)
-    except PlantError as error:
-        log: Any = getattr(error, "log", None)
-        if log is None or not log.sizes["time"]:
-            raise
-        end = float(log["time"].to_numpy()[-1])
-        return log.assign_attrs(outcome=LOST, ended=f"Lost after {end:.2f} s: the plant could not go on, as in a spin.")
+    return to_its_end(lambda: run.run(controller, progress=progress))
 
 
 def recorded(log: xr.Dataset, figures: Mapping[str, Any], seen: Driven) -> RoadDrive:

@@ -115,10 +115,11 @@ class Moose(Case):
         run = DriveRun(scenario, road.track, road.path, profile, 0.0, road.path.length)
         log = driven_until(run, shared_controller(scenario))
         seen = _driven(log)
+        left = speed_at(seen, CHANGE.length)
         figures = {
             "entry_km_h": speed,
             "least_room_m": least_room(seen),
-            "left_at_km_h": speed_at(seen, CHANGE.length) / KMH,
+            "left_at_km_h": None if left is None else left / KMH,
         }
         return recorded(log, figures, seen)
 
@@ -167,14 +168,14 @@ def _driven(log: xr.Dataset) -> Driven:
 
 def is_clean(drive: RoadDrive) -> bool:
     """Whether a car has got through and touched no cone."""
-    return drive.outcome["outcome"] == FINISHED and drive.outcome["least_room_m"] >= 0.0
+    return drive.outcome["outcome"] == FINISHED and (drive.outcome["least_room_m"] or 0.0) >= 0.0
 
 
-def least_room(seen: Driven) -> float:
+def least_room(seen: Driven) -> float | None:
     """Least distance from the car's corners to the lanes' edges [m], also between samples; negative beyond them."""
     motion = seen.motion("p_x", "p_y", "psi")
     if motion is None or not len(seen.time):
-        return -np.inf
+        return None
     time = np.linspace(seen.time[0], seen.time[-1], 1 + (len(seen.time) - 1) * BETWEEN)
     x, y, psi = (np.interp(time, seen.time, values) for values in motion)
     room = np.inf
@@ -186,9 +187,9 @@ def least_room(seen: Driven) -> float:
     return room
 
 
-def speed_at(seen: Driven, x: float) -> float:
-    """Speed where the car has got to a place along the road [m/s]; NaN if it has not."""
+def speed_at(seen: Driven, x: float) -> float | None:
+    """Speed where the car has got to a place along the road [m/s]; None if it has not."""
     motion = seen.motion("p_x", "v_x", "v_y")
     if motion is None or motion[0][-1] < x:
-        return float("nan")
+        return None
     return float(np.hypot(motion[1], motion[2])[int(np.argmax(motion[0] >= x))])

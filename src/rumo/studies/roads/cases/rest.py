@@ -17,7 +17,7 @@ from rumo.signals import Array
 from rumo.simulation import Constant, Scenario, Sensors
 from rumo.studies.base import shared_controller
 from rumo.studies.drive import DrivenCar, DrivenRoad, driven_car, estimator_of, noise_of
-from rumo.studies.drive.run import FINISHED, LOST
+from rumo.studies.drive.run import FINISHED, LOST, to_its_end
 from rumo.studies.drive.setting import WIND
 from rumo.studies.kpis import Driven
 from rumo.studies.looks import label, look
@@ -72,10 +72,10 @@ class Rest(Case):
             disturbances={"wind_speed": WIND, "wind_direction": Constant(0.5 * np.pi)},
             seed=seed,
         )
-        log = scenario.run(shared_controller(scenario), progress=progress)
+        log = to_its_end(lambda: scenario.run(shared_controller(scenario), progress=progress))
         seen = Driven(log, car=CAR, plant=car.plant)
         away = _away(name, seen)
-        lost = bool(away.max() > FAR)
+        lost = bool(away.max() > FAR) or log.attrs.get("outcome") == LOST
         ended = f"Up to {away.max():.2f} m from where it was to be."
         log = log.assign_attrs(outcome=LOST if lost else FINISHED, ended=ended)
         figures = {
