@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline, PPoly
 
@@ -56,6 +56,7 @@ def test_a_closed_curve_begins_again(seed):
 
 
 @settings(max_examples=60, deadline=None)
+@example(530, True)  # farther in the middle than at either end
 @given(SEEDS, st.booleans())
 def test_no_point_between_the_neighbours_of_the_nearest_node_is_nearer(seed, closed):
     rng = np.random.default_rng(seed)

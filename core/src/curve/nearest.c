@@ -51,7 +51,23 @@ static descent descent_at(const rumo_curve *c, double x, double y, double s, int
     return at;
 }
 
+static double squared_distance_at(const rumo_curve *c, double x, double y, double s) {
+    const double share = c->shift && s >= c->breaks[c->pieces] ? s - period_of(c) : s, place[2] = {x, y};
+    const int piece = piece_of(c, share, 0);
+    const double d = share - c->breaks[piece];
+    double squared = 0.0;
+    for (int v = 0; v < 2; ++v) {
+        const double *const a = coefficients_of(c, piece, v);
+        double value = 0.0;
+        for (int j = 0; j < c->order; ++j) value = value * d + a[j];
+        squared += (value - place[v]) * (value - place[v]);
+    }
+    return squared;
+}
+
+/* From s on to where the distance is least, or to an end that is nearer: between the ends it may rise before it falls. */
 static double descend(const rumo_curve *c, double x, double y, double s, double low, double high) {
+    const double ends[2] = {low, high};
     int piece = 0;
     for (int k = 0; k < MOST_DESCENTS; ++k) {
         const descent at = descent_at(c, x, y, s, &piece);
@@ -59,8 +75,17 @@ static double descend(const rumo_curve *c, double x, double y, double s, double 
         else high = s;
         double next = at.second > 0.0 ? s - at.slope / at.second : NAN;
         if (!(low <= next && next <= high)) next = 0.5 * low + 0.5 * high;
-        if (fabs(next - s) < CLOSE_ENOUGH) return next;
+        const int there = fabs(next - s) < CLOSE_ENOUGH;
         s = next;
+        if (there) break;
+    }
+    double least = squared_distance_at(c, x, y, s);
+    for (int i = 0; i < 2; ++i) {
+        const double distance = squared_distance_at(c, x, y, ends[i]);
+        if (distance < least) {
+            least = distance;
+            s = ends[i];
+        }
     }
     return s;
 }
