@@ -68,7 +68,7 @@ def cost_of_drive(controller, x, reference):
 @pytest.mark.parametrize(
     ("tyre", "mu", "speed", "error"),
     [
-        pytest.param(MagicFormula(), 0.4, 25.0, 3.0, id="fast"),
+        pytest.param(MagicFormula(), 0.4, 25.0, 3.0, id="fast", marks=pytest.mark.slow),
         pytest.param(MagicFormula(), 0.3, 8.0, -6.0, id="far", marks=pytest.mark.slow),
         pytest.param(MagicFormula(), 0.9, 12.0, 4.0, id="dry", marks=pytest.mark.slow),
         pytest.param(ModifiedDugoff(), 0.4, 25.0, 3.0, id="modified Dugoff", marks=pytest.mark.slow),

@@ -173,8 +173,8 @@ def test_sweeps_do_what_they_say():
 @pytest.mark.parametrize(
     ("sweep", "value"),
     [
-        ("initial_error", 9.0),
         ("speed", 20.0),
+        pytest.param("initial_error", 9.0, marks=pytest.mark.slow),
         *(pytest.param("heading", value, marks=pytest.mark.slow) for value in (1.2, 1.4)),
     ],
 )
