@@ -92,9 +92,7 @@ def motion(
     In reverse the vehicle moves along the path as well, but points the other way: psi is the course and half a turn,
     and v_x is negative. Several may be the same array.
     """
-    ahead, bend, psi = speed, points.curvature, points.heading
-    if reverse:
-        ahead, bend, psi = -speed, -bend, psi + np.pi
+    ahead, bend, psi = _foremost(points, speed, reverse)
     none = np.zeros(speed.shape)
     known = {
         "p_x": points.x,
@@ -128,9 +126,7 @@ def axle_motion(points: PathPoints, speed: Array, vehicle: Axled, reverse: bool 
     The axle has no sideslip, so the car points along the tangent, or backwards; its centre of gravity is `l_r` before
     the axle, and moves aside while the car turns. Exact for any curvature.
     """
-    ahead, bend, psi = speed, points.curvature, points.heading
-    if reverse:
-        ahead, bend, psi = -speed, -bend, psi + np.pi
+    ahead, bend, psi = _foremost(points, speed, reverse)
     cos, sin, aside = np.cos(psi), np.sin(psi), vehicle.l_r * bend
     return {
         "p_x": points.x + vehicle.l_r * cos,
@@ -144,6 +140,13 @@ def axle_motion(points: PathPoints, speed: Array, vehicle: Axled, reverse: bool 
         "velocity_y": ahead * (sin + aside * cos),
         **_rolling(vehicle, ahead, bend),
     }
+
+
+def _foremost(points: PathPoints, speed: Array, reverse: bool) -> tuple[Array, Array, Array]:
+    """Speed ahead, curvature and heading (n,) each, as a vehicle has them that points along the path, or backwards."""
+    if reverse:
+        return -speed, -points.curvature, points.heading + np.pi
+    return speed, points.curvature, points.heading
 
 
 def _rolling(vehicle: Rolling, ahead: Array, bend: Array) -> dict[str, Array]:

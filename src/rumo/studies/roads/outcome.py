@@ -10,7 +10,7 @@ import numpy as np
 
 from rumo.controllers import Controller
 from rumo.studies.drive.run import DriveRun, to_its_end
-from rumo.studies.kpis import Driven, kpis
+from rumo.studies.kpis import Driven
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,11 +54,6 @@ def recorded(log: xr.Dataset, figures: Mapping[str, Any], seen: Driven) -> RoadD
     """A drive with some figures of it."""
     ended = {"outcome": log.attrs["outcome"], "ended": log.attrs["ended"]}
     return RoadDrive({**ended, **figures, "motion": motion_of(seen)}, log)
-
-
-def figures_of(seen: Driven, names: tuple[str, ...]) -> dict[str, Any]:
-    """Figures of merit of a drive by key."""
-    return kpis(seen, names)
 
 
 def motion_of(seen: Driven) -> dict[str, Any]:

@@ -19,10 +19,10 @@ from rumo.studies.base import shared_controller
 from rumo.studies.drive import DrivenCar, DrivenRoad, DriveRun, DriveSetting, driven_car, noise_of
 from rumo.studies.drive.run import FINISHED
 from rumo.studies.drive.start import first_motion
-from rumo.studies.kpis import Driven
+from rumo.studies.kpis import Driven, kpis
 from rumo.studies.roads.case import Case, Conditions, Progress, Variant, worst_by
 from rumo.studies.roads.cases.tracks import FIGURES
-from rumo.studies.roads.outcome import RoadDrive, driven_until, figures_of, recorded
+from rumo.studies.roads.outcome import RoadDrive, driven_until, recorded
 from rumo.studies.roads.rows import Goal, Outcomes, Row, largest, share
 from rumo.vehicles import RACER_1_10 as CAR
 from rumo.vehicles import car_filter, path_problem, rolling_bicycle
@@ -82,7 +82,7 @@ class Racer(Case):
         log = driven_until(run, shared_controller(scenario), progress)
         seen = self._driven(log)
         whole = {"distance_m": distance, "whole": distance == road.path.length}
-        return recorded(log, {**whole, **figures_of(seen, FIGURES)}, seen)
+        return recorded(log, {**whole, **kpis(seen, FIGURES)}, seen)
 
     def rows(self, controller: str, outcomes: Outcomes, conditions: Conditions) -> list[Row]:
         """Whether it laps, on the track, and how close."""

@@ -19,10 +19,10 @@ from rumo.studies.base import shared_controller
 from rumo.studies.drive import DrivenCar, DrivenRoad, driven_car, estimator_of, noise_of
 from rumo.studies.drive.run import FINISHED, LOST, to_its_end
 from rumo.studies.drive.setting import WIND
-from rumo.studies.kpis import Driven
+from rumo.studies.kpis import Driven, kpis
 from rumo.studies.looks import label, look
 from rumo.studies.roads.case import Case, Conditions, Progress, Variant
-from rumo.studies.roads.outcome import RoadDrive, figures_of, recorded
+from rumo.studies.roads.outcome import RoadDrive, recorded
 from rumo.studies.roads.rows import Goal, Outcomes, Row, largest, share
 from rumo.vehicles import PASSENGER_CAR as CAR
 from rumo.vehicles import trajectory_problem
@@ -83,7 +83,7 @@ class Rest(Case):
             "position_max_m": float(away.max()),
             "position_end_m": float(away[-1]),
         }
-        return recorded(log, figures, Driven(log, car=CAR, plant=car.plant))
+        return recorded(log, figures, seen)
 
     def rows(self, controller: str, outcomes: Outcomes, conditions: Conditions) -> list[Row]:
         """How quiet the inputs are, and how far the car is from its place."""
@@ -167,7 +167,7 @@ def _away(name: str, seen: Driven) -> Array:
 def _activity(name: str, seen: Driven) -> float | None:
     """Mean move of the busiest input from sample to sample, over its range [%]."""
     if name == "crawl":
-        (found,) = figures_of(seen, ("input_activity",)).values()
+        (found,) = kpis(seen, ("input_activity",)).values()
         return 100.0 * SAMPLING_TIME * max(found.values())
-    (found,) = figures_of(seen, ("input_activity_at_rest",)).values()
+    (found,) = kpis(seen, ("input_activity_at_rest",)).values()
     return None if found is None else max(found.values())

@@ -12,9 +12,9 @@ from rumo.extras import required
 from rumo.studies.base import shared_controller
 from rumo.studies.drive import Drive, DrivenCar, DrivenRoad
 from rumo.studies.drive.run import FINISHED, DriveRun
-from rumo.studies.kpis import Driven
+from rumo.studies.kpis import Driven, kpis
 from rumo.studies.roads.case import Case, Conditions, Progress, Variant, worst_by
-from rumo.studies.roads.outcome import RoadDrive, driven_until, figures_of, recorded
+from rumo.studies.roads.outcome import RoadDrive, driven_until, recorded
 from rumo.studies.roads.rows import Goal, Outcomes, Row, largest, share
 from rumo.vehicles import VehicleParameters, path_problem, rolling_bicycle
 
@@ -83,9 +83,7 @@ class Tracks(Case):
         run = DriveRun(scenario, lap.road.track, lap.road.path, lap.profile, 0.0, distance)
         log = driven_until(run, shared_controller(scenario), progress)
         seen = lap.driven(log)
-        return recorded(
-            log, {"distance_m": distance, "whole": distance == lap.length, **figures_of(seen, FIGURES)}, seen
-        )
+        return recorded(log, {"distance_m": distance, "whole": distance == lap.length, **kpis(seen, FIGURES)}, seen)
 
     def rows(self, controller: str, outcomes: Outcomes, conditions: Conditions) -> list[Row]:
         """Whether every lap was finished, on the track, close to the path, and in time."""
