@@ -55,6 +55,7 @@ ROOMS = [
     "report",
     "environment",
     "studies",
+    "campaigns",
     "bench",
     "cli",
 ]

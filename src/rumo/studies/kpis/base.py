@@ -34,6 +34,8 @@ class Kpi:
         A sentence.
     of : callable
         From a `Driven` to its value; None where it does not say.
+    better : str
+        Which values are better: "less", "more", or "" where neither are.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Kpi:
     unit: str
     meaning: str
     of: Callable[[Driven], Value]
+    better: str = "less"
 
     @property
     def key(self) -> str:

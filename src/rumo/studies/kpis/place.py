@@ -108,7 +108,14 @@ PLACE = table(
             "Time of the fastest lap; on an open path, from its beginning to its end.",
             _lap_time,
         ),
-        Kpi("profile_time", "Lap time of the speed profile", "s", "Time of a lap by the speed profile.", _profile_time),
+        Kpi(
+            "profile_time",
+            "Lap time of the speed profile",
+            "s",
+            "Time of a lap by the speed profile.",
+            _profile_time,
+            "",
+        ),
         Kpi(
             "lap_time_over_profile",
             "Lap time over the profile's",
@@ -116,7 +123,7 @@ PLACE = table(
             "By how much the fastest lap took longer than the profile's.",
             _over_profile,
         ),
-        Kpi("distance", "Distance along the path", "m", "How far the car got along the path.", _distance),
+        Kpi("distance", "Distance along the path", "m", "How far the car got along the path.", _distance, "more"),
         *spread(
             "lateral_deviation",
             "Lateral deviation",
@@ -151,6 +158,7 @@ PLACE = table(
             "m",
             "Least distance from the car's outline to an edge of the track; negative beyond it.",
             _least_room,
+            "more",
         ),
     ]
 )

@@ -52,7 +52,7 @@ STEPS = table(
             "Steps for which the loop had to wait longer than a sampling time.",
             _misses,
         ),
-        Kpi("status_counts", "Steps", "1", "Number of steps by status.", lambda d: dict(Counter(_statuses(d)))),
+        Kpi("status_counts", "Steps", "1", "Number of steps by status.", lambda d: dict(Counter(_statuses(d))), ""),
         Kpi(
             "fallbacks",
             "Fallbacks",
@@ -66,6 +66,7 @@ STEPS = table(
             "1",
             "Steps at which the nonlinear program's solution was the plan.",
             lambda d: int(np.nansum(d.log["rescued"].to_numpy())),
+            "",
         ),
         Kpi(
             "nis",
@@ -73,8 +74,9 @@ STEPS = table(
             "1",
             "Normalised innovation squared; of a filter that is right, as large as the number of measurements.",
             _nis,
+            "",
         ),
-        Kpi("nis_expected", "NIS expected", "1", "Mean number of measurements used in a sample.", _expected),
+        Kpi("nis_expected", "NIS expected", "1", "Mean number of measurements used in a sample.", _expected, ""),
     ]
 )
 """Of controller and estimator."""

@@ -1,0 +1,1 @@
+"""Campaigns: many drives that differ, and what can be said of them all."""
