@@ -117,3 +117,7 @@ class PlantError(RumoError, RuntimeError):
     def __init__(self, message: str, log: Any = None) -> None:
         super().__init__(message)
         self.log = log
+
+
+class CampaignError(RumoError, RuntimeError):
+    """A campaign cannot go on. What is stored stays, and starting it again goes on from there."""

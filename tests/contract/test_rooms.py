@@ -24,6 +24,7 @@ LEAVES = [
     "expressions",
     "extras",
     "graphs",
+    "locks",
     "turns",
 ]
 ROOMS = [

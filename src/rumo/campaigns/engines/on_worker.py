@@ -1,0 +1,108 @@
+"""What Dask runs on workers: batches of tasks, by processes that stay from batch to batch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from threading import Lock, Thread
+from time import monotonic, sleep
+from typing import Any
+
+from rumo.campaigns.supervised import ClosedError, Supervised
+from rumo.campaigns.task import Row, Task
+from rumo.errors import CampaignError
+from rumo.version import __version__
+
+IDLE = 60.0
+"""How long a process waits for another batch [s]; the client may have gone."""
+
+
+class Pool:
+    """Processes by campaign, as many as batches were carried out at the same time."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._idle: dict[str, list[tuple[float, Supervised]]] = {}
+        self._busy: dict[str, set[Supervised]] = {}
+        self._sweeper: Thread | None = None
+
+    def take(self, campaign: str, work: str, common: Mapping[str, Any]) -> Supervised:
+        """One that nobody else has."""
+        with self._lock:
+            idle = self._idle.get(campaign)
+            taken = idle.pop()[1] if idle else Supervised(work, common)
+            self._busy.setdefault(campaign, set()).add(taken)
+        return taken
+
+    def give(self, campaign: str, taken: Supervised) -> None:
+        """Back, for the next batch."""
+        with self._lock:
+            busy = self._busy.get(campaign)
+            if busy is None or taken not in busy:
+                return  # the campaign has ended, and this one with it
+            busy.remove(taken)
+            self._idle.setdefault(campaign, []).append((monotonic(), taken))
+            if self._sweeper is None:
+                self._sweeper = Thread(target=self._sweep, daemon=True)
+                self._sweeper.start()
+
+    def end(self, campaign: str) -> None:
+        """End all processes of a campaign, also those that are at a run."""
+        with self._lock:
+            ended = [*self._busy.pop(campaign, ()), *(process for _, process in self._idle.pop(campaign, ()))]
+        for process in ended:
+            process.close()
+
+    def _sweep(self) -> None:
+        """End processes that nobody has taken for long, until there are none."""
+        while True:
+            sleep(IDLE / 10)
+            with self._lock:
+                now, old = monotonic(), list[Supervised]()
+                for campaign, idle in list(self._idle.items()):
+                    old += [process for since, process in idle if now - since > IDLE]
+                    self._idle[campaign] = [(since, process) for since, process in idle if now - since <= IDLE]
+                    if not self._idle[campaign]:
+                        del self._idle[campaign]
+                    if not self._busy.get(campaign, True):
+                        del self._busy[campaign]
+                ended = not (self._idle or self._busy)
+                if ended:
+                    self._sweeper = None
+            for process in old:
+                process.close()
+            if ended:
+                return
+
+
+_pool = Pool()
+
+
+def carry_out_batch(
+    version: str, campaign: str, work: str, common: Mapping[str, Any], tasks: Sequence[Task]
+) -> tuple[list[Row], float]:
+    """Rows of tasks, and what they took [s].
+
+    Parameters
+    ----------
+    version : str
+        Of Rumo, where the campaign was started.
+    campaign : str
+        Whose processes to use.
+    work, common, tasks
+        See `Engine.rows`.
+    """
+    if version != __version__:
+        raise CampaignError(f"a worker has Rumo {__version__}, the campaign Rumo {version}: install the same on both.")
+    process = _pool.take(campaign, work, common)
+    begun = monotonic()
+    try:
+        return [process.run(task) for task in tasks], monotonic() - begun
+    except ClosedError:
+        return [], 0.0  # nobody waits for it any more
+    finally:
+        _pool.give(campaign, process)
+
+
+def end_campaign(campaign: str) -> None:
+    """End the processes of a campaign in this worker."""
+    _pool.end(campaign)

@@ -1,0 +1,58 @@
+"""How far a campaign has come."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How far a campaign has come, since it was started the last time.
+
+    Attributes
+    ----------
+    every : int
+        Runs of the campaign.
+    before : int
+        Of these, runs that were stored when it was started.
+    done : int
+        Of these, runs that have become rows, those before included.
+    failed : int
+        Of the runs since the start, those that raised, crashed or took too long.
+    seconds : float
+        Time since the start [s].
+    """
+
+    every: int
+    before: int
+    done: int
+    failed: int
+    seconds: float
+
+    @property
+    def rate(self) -> float:
+        """Runs in a second; 0 if nothing is known of it."""
+        return (self.done - self.before) / self.seconds if self.seconds > 0.0 else 0.0
+
+    @property
+    def left(self) -> float | None:
+        """Time that is left [s]; None if nothing is known of it."""
+        return (self.every - self.done) / self.rate if self.rate else None
+
+    def __str__(self) -> str:
+        failed = f", {self.failed} failed" if self.failed else ""
+        rate = f", {_digits(self.rate)}/s" if self.rate else ""
+        left = f", {in_words(self.left)} left" if self.left else ""
+        return f"{self.done}/{self.every} runs{failed}{rate}{left}"
+
+
+def in_words(seconds: float) -> str:
+    """A time for people: 40 s, 12 min, 3 h 20 min."""
+    minutes = round(seconds / 60.0)
+    if seconds < 99.5:
+        return f"{seconds:.0f} s"
+    return f"{minutes} min" if minutes < 100 else f"{minutes // 60} h {minutes % 60} min"
+
+
+def _digits(rate: float) -> str:
+    return f"{rate:.0f}" if rate >= 10.0 else f"{rate:.2g}"

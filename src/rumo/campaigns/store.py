@@ -1,0 +1,258 @@
+"""A campaign's folder: what it is, its rows, and logs of some runs. Nothing that is in it is ever half written."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+from collections.abc import Callable, Generator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from rumo.campaigns.parts import ENDING, parts_in, read_parts, remove_temporaries, write_part, write_table
+from rumo.campaigns.rows import DONE
+from rumo.campaigns.task import Row
+from rumo.errors import ArgumentError, CampaignError, FileError
+from rumo.files import write_whole
+from rumo.locks import locked
+from rumo.version import __version__
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FORMAT = 1
+HEAD, ROWS, LOGS, LOCK = "campaign.json", "rows", "logs", ".lock"
+PART = 100
+"""Rows from which a part is written."""
+PAUSE = 30.0
+"""Time after which one is, of the rows that there are [s]."""
+PATIENCE = 1.0
+"""How long to wait for another process that is about to leave the folder [s]."""
+
+
+class Store:
+    """Where a campaign's rows are kept, in a folder of which this process has the only store that writes.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is not there.
+    specification : mapping
+        What the campaign is, plain data: a folder is of one campaign.
+
+    Raises
+    ------
+    ArgumentError
+        If the folder is of another campaign, version or format, or in use.
+    FileError
+        If it has files that no campaign writes.
+    """
+
+    def __init__(self, folder: str | Path, specification: Mapping[str, Any]) -> None:
+        self.folder = Path(folder)
+        self._buffer: list[Row] = []
+        self._stored = 0
+        self._written = monotonic()
+        head = _head(specification)
+        with ExitStack() as stack:
+            try:
+                self._rows.mkdir(parents=True, exist_ok=True)
+                stack.enter_context(_alone(self.folder))
+            except OSError as error:
+                raise ArgumentError(
+                    "output", f"'{folder}' ({error.strerror})", "a folder that can be written", "Name another folder."
+                ) from None
+            if (self.folder / HEAD).exists():
+                _compare(read_head(self.folder), head, self.folder)
+            elif parts_in(self._rows):
+                raise FileError(
+                    self.folder / HEAD,
+                    None,
+                    "no such file beside rows",
+                    "one that says what they are",
+                    "Name another folder.",
+                )
+            else:
+                text = json.dumps(head, indent=2, sort_keys=True) + "\n"
+                write_whole(self.folder / HEAD, lambda place: place.write_text(text, encoding="utf-8"), durable=True)
+            remove_temporaries(self._rows)
+            parts = parts_in(self._rows)
+            self._next = 1 + max((_number(path) for path in parts), default=0)
+            self._stack = stack.pop_all()
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def _rows(self) -> Path:
+        return self.folder / ROWS
+
+    def keys(self, *, failed: bool = True) -> set[str]:
+        """Of the rows that are stored; on demand only of those whose runs came to their end."""
+        table = read_parts(parts_in(self._rows), ["key", "outcome"])
+        keys, outcomes = table["key"].to_pylist(), table["outcome"].to_pylist()
+        return {key for key, outcome in zip(keys, outcomes, strict=True) if failed or outcome == DONE}
+
+    def rows(self) -> pd.DataFrame:
+        """All rows that are stored."""
+        return read_rows(self.folder)
+
+    def add(self, row: Row) -> None:
+        """Keep a row, in a file after a while; its `log` in one of its own at once.
+
+        Raises
+        ------
+        CampaignError
+            If files cannot be written. Rows that are not stored yet are kept, see `flush`.
+        """
+        log = row.get("log")
+        self._buffer.append({name: value for name, value in row.items() if name != "log"})
+        if log is not None:
+            self._guarded(lambda: self._keep_log(row["key"], log))
+        if len(self._buffer) >= PART or monotonic() - self._written >= PAUSE:
+            self.flush()
+
+    def flush(self) -> None:
+        """Store all rows now.
+
+        Raises
+        ------
+        CampaignError
+            If that is not possible; the rows are kept for another attempt.
+        """
+        if not self._buffer:
+            return
+        self._guarded(lambda: write_part(self._rows / _name(self._next), self._buffer))
+        self._stored += len(self._buffer)
+        self._buffer, self._next, self._written = [], self._next + 1, monotonic()
+
+    def compact(self) -> None:
+        """Put all rows into one part, by draw and controller. Whenever this is broken off, all rows are there."""
+        self.flush()
+        parts = parts_in(self._rows)
+        if not parts:
+            return
+        table = read_parts(parts)
+        order = [(name, "ascending") for name in ("draw", "controller", "key") if name in table.column_names]
+        self._guarded(lambda: write_table(self._rows / _name(self._next), table.sort_by(order)))
+        self._next += 1
+        for path in parts:
+            path.unlink()
+
+    def close(self) -> None:
+        """Let others use the folder; what was not flushed is forgotten."""
+        self._stack.close()
+
+    def _keep_log(self, key: str, log: bytes) -> None:
+        folder = self.folder / LOGS
+        folder.mkdir(exist_ok=True)
+        write_whole(folder / f"{key}.nc", lambda place: place.write_bytes(log))
+
+    def _guarded(self, write: Callable[[], object]) -> None:
+        try:
+            write()
+        except OSError as error:
+            unstored = f", {len(self._buffer)} rows not yet" if self._buffer else ""
+            raise CampaignError(
+                f"{self.folder} cannot be written to: {error.strerror or error}. {self._stored} rows of this start are "
+                f"stored{unstored}. Make room, and start again to go on."
+            ) from error
+
+
+def read_head(folder: str | Path) -> dict[str, Any]:
+    """What `campaign.json` says: `format`, `rumo`, `hash`, `specification`.
+
+    Raises
+    ------
+    ArgumentError
+        If the folder has no campaign, or one of another format.
+    FileError
+        If the file is none of ours.
+    """
+    path = Path(folder) / HEAD
+    try:
+        head = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ArgumentError("campaign", f"'{folder}'", f"the folder of a campaign, with {HEAD}") from None
+    except (OSError, ValueError) as error:
+        raise FileError(
+            path, None, f"what cannot be read ({error})", "a campaign's head", "Name another folder."
+        ) from None
+    if not isinstance(head, dict) or not {"format", "rumo", "hash", "specification"} <= head.keys():
+        raise FileError(path, None, "something else", "a campaign's head", "Name another folder.")
+    if head["format"] != FORMAT:
+        raise ArgumentError(
+            "campaign", f"'{folder}' of format {head['format']}", f"format {FORMAT}", f"Rumo {head['rumo']} wrote it."
+        )
+    return head
+
+
+def read_rows(folder: str | Path) -> pd.DataFrame:
+    """All rows of a campaign, also while it is under way.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each run, each once; see `Engine.rows`.
+
+    Raises
+    ------
+    ArgumentError
+        If the folder has no campaign.
+    FileError
+        If it has files that no campaign writes, or torn ones.
+    """
+    read_head(folder)
+    with suppress(FileNotFoundError):  # parts have just been put into one
+        return read_parts(parts_in(Path(folder) / ROWS)).to_pandas()
+    return read_parts(parts_in(Path(folder) / ROWS)).to_pandas()
+
+
+def _head(specification: Mapping[str, Any]) -> dict[str, Any]:
+    canonical = json.dumps(specification, sort_keys=True, separators=(",", ":"))
+    digest = hashlib.sha256(canonical.encode()).hexdigest()
+    return {"format": FORMAT, "rumo": __version__, "hash": digest, "specification": json.loads(canonical)}
+
+
+def _compare(found: Mapping[str, Any], wanted: Mapping[str, Any], folder: Path) -> None:
+    cure = "Name another folder, or remove this one."
+    if found["rumo"] != wanted["rumo"]:
+        raise ArgumentError("output", f"'{folder}' of Rumo {found['rumo']}", f"rows of Rumo {wanted['rumo']}", cure)
+    if found["hash"] != wanted["hash"]:
+        before, now = found["specification"], wanted["specification"]
+        names = sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
+        differing = f", with another {', '.join(names)}" if names else ""
+        raise ArgumentError("output", f"'{folder}' of another campaign{differing}", "a folder of this campaign", cure)
+
+
+@contextmanager
+def _alone(folder: Path) -> Generator[None]:
+    """Keep other processes from writing to a folder; its lock says who does."""
+    place = folder / LOCK
+    with locked(place, PATIENCE) as mine:
+        if not mine:
+            holder = ""
+            with suppress(OSError):  # it has just gone
+                holder = place.read_text(encoding="utf-8").strip()
+            raise ArgumentError(
+                "output",
+                f"'{folder}', in use by {holder or 'another process'}",
+                "a folder that no other campaign writes to",
+                "Wait for it, or name another folder.",
+            )
+        place.write_text(f"process {os.getpid()} on {platform.node()}\n", encoding="utf-8")
+        yield
+
+
+def _name(number: int) -> str:
+    return f"{number:06d}{ENDING}"
+
+
+def _number(path: Path) -> int:
+    return int(path.stem) if path.stem.isdecimal() else 0

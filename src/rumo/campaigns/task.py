@@ -1,0 +1,73 @@
+"""What engines carry out: tasks, plain data, of which each becomes one row."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable, Mapping
+from typing import Any, Protocol, TypedDict
+
+Plain = bool | int | float | str | list[Any] | dict[str, Any] | None
+"""What a setting may be: data that JSON keeps."""
+
+Row = dict[str, Any]
+"""What came of a task, flat: column to None, bool, int, float or str; `log` to bytes of a NetCDF file."""
+
+
+class Task(TypedDict):
+    """One run: `key` is the hash of all that it depends on; tasks of one `draw` differ by `controller` alone."""
+
+    key: str
+    draw: int
+    controller: str
+    settings: Mapping[str, Plain]
+
+
+class Engine(Protocol):
+    """Carries out tasks, somewhere.
+
+    Attributes
+    ----------
+    workers : int
+        How many tasks are carried out at the same time; may change.
+    address : str or None
+        Where a browser shows what is going on, if anywhere.
+    """
+
+    @property
+    def workers(self) -> int:
+        """How many tasks are carried out at the same time; may change."""
+        ...
+
+    @property
+    def address(self) -> str | None:
+        """Where a browser shows what is going on, if anywhere."""
+        ...
+
+    def rows(self, work: str, common: Mapping[str, Any], tasks: Iterable[Task]) -> Generator[Row]:
+        """Carry out tasks.
+
+        Parameters
+        ----------
+        work : str
+            "package.module:function", called as `function(common, task)` in a process of its own; it returns the row's
+            columns besides those that the task decides. If the module has a function `prepare(common)`, that is called
+            once before.
+        common : mapping
+            What all tasks have in common, plain data. `timeout` [s], if it is there, is the time that a run may take.
+        tasks : iterable
+            May be longer than what memory holds: it is read as work goes on.
+
+        Yields
+        ------
+        dict
+            Exactly one row for each task, in any order, also for those that raise, crash or take too long.
+
+        Raises
+        ------
+        CampaignError
+            If nothing can be carried out, or no more.
+        """
+        ...
+
+    def close(self) -> None:
+        """End all processes that this engine has started."""
+        ...
