@@ -126,3 +126,11 @@ def prepare(common):
         raise ValueError("cannot be set up")
     if common.get("crashing"):
         os._exit(7)
+
+
+MIXED = {"timeout": 20.0, "sleep": 0.02}
+
+
+def mixed_tasks(count):
+    """Mostly runs that take a while; one raises, one crashes."""
+    return Tasks(count, lambda number: {11: "raise", 17: "segfault"}.get(number, "sleep"))

@@ -192,10 +192,11 @@ def test_thousands_of_runs_and_hundreds_of_crashes_leave_nothing():
 
     own = psutil.Process()
     with Supervised("fake_work:behave", {}) as process:
-        for number in range(50):
+        for number in range(20):
             process.run(task(number, "exit"))
+        process.run(task(0))
         files, threads, memory = own.num_fds(), own.num_threads(), own.memory_info().rss
-        for number in range(200):
+        for number in range(100):
             process.run(task(number, "exit"))
         process.run(task(0))
         child = psutil.Process(process.pid)

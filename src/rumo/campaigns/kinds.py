@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from rumo.checks import as_float
+
 Kind = str
 """Of a column: "null", "bool", "int64", "double" or "string", as Arrow writes them."""
 
@@ -44,7 +46,7 @@ def converted(value: Any, kind: Kind) -> Any:
         return None
     if kind == "string":
         return _text(value)
-    return {"bool": bool, "int64": int, "double": float}[kind](value)
+    return {"bool": bool, "int64": int, "double": as_float}[kind](value)
 
 
 def in_order(columns: Iterable[str]) -> list[str]:

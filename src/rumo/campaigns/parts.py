@@ -77,7 +77,8 @@ def read_parts(paths: Iterable[Path], columns: Sequence[str] | None = None) -> A
     kinds = {name: common_kind(_kind(table, name) for table in tables) for name in names}
     schema = arrow.schema([(name, getattr(arrow, _FACTORIES[kinds[name]])()) for name in names])
     table = arrow.concat_tables([_cast(table, schema, kinds) for table in tables] or [schema.empty_table()])
-    return table.take(_chosen(table["key"].to_pylist(), table["outcome"].to_pylist()))
+    chosen = _chosen(table["key"].to_pylist(), table["outcome"].to_pylist())
+    return table.take(arrow.array(chosen, arrow.int64()))
 
 
 _FACTORIES = {"null": "null", "bool": "bool_", "int64": "int64", "double": "float64", "string": "string"}

@@ -158,10 +158,12 @@ class Store:
         try:
             write()
         except OSError as error:
-            unstored = f", {len(self._buffer)} rows not yet" if self._buffer else ""
+            waiting = len(self._buffer)
+            unstored = f", {waiting} {'row' if waiting == 1 else 'rows'} not yet" if waiting else ""
+            are = "row of this start is" if self._stored == 1 else "rows of this start are"
             raise CampaignError(
-                f"{self.folder} cannot be written to: {error.strerror or error}. {self._stored} rows of this start are "
-                f"stored{unstored}. Make room, and start again to go on."
+                f"{self.folder} cannot be written to: {error.strerror or error}. "
+                f"{self._stored} {are} stored{unstored}. Make room, and start again to go on."
             ) from error
 
 

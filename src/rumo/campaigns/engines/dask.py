@@ -154,7 +154,7 @@ class _Window:
     def send(self, batch: list[Task]) -> None:
         self._number += 1
         key = f"rumo-{self._begin[1]}-{self._number}"
-        future = self._client.submit(carry_out_batch, *self._begin, batch, key=key, pure=False)
+        future = self._client.submit(carry_out_batch, *self._begin, batch, key=key, pure=False, priority=-self._number)
         self._batches[key] = batch, future
         future.add_done_callback(lambda done: self._done.put(done.key))
 

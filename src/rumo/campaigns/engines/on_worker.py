@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import deque
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from threading import Lock, Thread
 from time import monotonic, sleep
 from typing import Any
@@ -15,6 +17,9 @@ from rumo.version import __version__
 IDLE = 60.0
 """How long a process waits for another batch [s]; the client may have gone."""
 
+REMEMBERED = 1000
+"""Campaigns that have ended."""
+
 
 class Pool:
     """Processes by campaign, as many as batches were carried out at the same time."""
@@ -23,11 +28,21 @@ class Pool:
         self._lock = Lock()
         self._idle: dict[str, list[tuple[float, Supervised]]] = {}
         self._busy: dict[str, set[Supervised]] = {}
+        # Batches of a campaign that has ended may still be about to begin.
+        self._ended: deque[str] = deque(maxlen=REMEMBERED)
         self._sweeper: Thread | None = None
 
     def take(self, campaign: str, work: str, common: Mapping[str, Any]) -> Supervised:
-        """One that nobody else has."""
+        """One that nobody else has.
+
+        Raises
+        ------
+        ClosedError
+            If the campaign has ended.
+        """
         with self._lock:
+            if campaign in self._ended:
+                raise ClosedError
             idle = self._idle.get(campaign)
             taken = idle.pop()[1] if idle else Supervised(work, common)
             self._busy.setdefault(campaign, set()).add(taken)
@@ -45,9 +60,19 @@ class Pool:
                 self._sweeper = Thread(target=self._sweep, daemon=True)
                 self._sweeper.start()
 
+    @contextmanager
+    def taken(self, campaign: str, work: str, common: Mapping[str, Any]) -> Generator[Supervised]:
+        """One that nobody else has within the block."""
+        process = self.take(campaign, work, common)
+        try:
+            yield process
+        finally:
+            self.give(campaign, process)
+
     def end(self, campaign: str) -> None:
         """End all processes of a campaign, also those that are at a run."""
         with self._lock:
+            self._ended.append(campaign)
             ended = [*self._busy.pop(campaign, ()), *(process for _, process in self._idle.pop(campaign, ()))]
         for process in ended:
             process.close()
@@ -93,14 +118,12 @@ def carry_out_batch(
     """
     if version != __version__:
         raise CampaignError(f"a worker has Rumo {__version__}, the campaign Rumo {version}: install the same on both.")
-    process = _pool.take(campaign, work, common)
     begun = monotonic()
     try:
-        return [process.run(task) for task in tasks], monotonic() - begun
+        with _pool.taken(campaign, work, common) as process:
+            return [process.run(task) for task in tasks], monotonic() - begun
     except ClosedError:
         return [], 0.0  # nobody waits for it any more
-    finally:
-        _pool.give(campaign, process)
 
 
 def end_campaign(campaign: str) -> None:

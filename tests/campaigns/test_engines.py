@@ -1,0 +1,181 @@
+"""The same rows wherever they are made, on sockets that nobody else can reach."""
+
+import os
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+
+import fake_work
+import pandas as pd
+import pytest
+from fake_work import MIXED, Tasks, mixed_tasks, task
+
+import rumo
+from rumo.campaigns.engines import DaskEngine, SerialEngine, on_worker
+from rumo.campaigns.engines.on_worker import Pool
+from rumo.campaigns.supervised import ClosedError
+from rumo.campaigns.task import Engine
+from rumo.errors import CampaignError
+
+psutil = pytest.importorskip("psutil")
+WORK = "fake_work:behave"
+COUNT = 60
+PYTHONPATH = {"PYTHONPATH": os.path.dirname(fake_work.__file__)}
+CLUSTER = """
+import sys
+from distributed import LocalCluster
+options = dict(host="127.0.0.1", protocol="tcp", dashboard_address="127.0.0.1:0")
+options |= dict(worker_dashboard_address="127.0.0.1:0")
+cluster = LocalCluster(n_workers=int(sys.argv[1]), threads_per_worker=1, processes=False, **options)
+print(cluster.scheduler_address, flush=True)
+sys.stdin.read()
+"""
+
+
+@contextmanager
+def existing_cluster(workers):
+    """Scheduler and workers in a process of their own; its address."""
+    command = [sys.executable, "-W", "ignore", "-c", CLUSTER, str(workers)]
+    with subprocess.Popen(
+        command, env=os.environ | PYTHONPATH, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            yield process.stdout.readline().strip()
+        finally:
+            process.kill()
+
+
+@pytest.fixture(scope="module")
+def embedded():
+    with DaskEngine(workers=2) as engine:
+        yield engine
+
+
+def rows_of(engine, tasks, common):
+    rows = sorted(engine.rows(WORK, common, tasks), key=lambda row: row["key"])
+    return [{name: value for name, value in row.items() if name[:4] != "run."} for row in rows]
+
+
+@pytest.fixture(scope="module")
+def serial_rows():
+    return rows_of(SerialEngine(), mixed_tasks(COUNT), MIXED)
+
+
+def test_serially(serial_rows):
+    assert len(serial_rows) == COUNT
+    outcomes = pd.Series([row["outcome"] for row in serial_rows]).value_counts()
+    assert dict(outcomes) == {"done": COUNT - 2, "raised": 1, "crashed": 1}
+
+
+def test_embedded(embedded, serial_rows):
+    engine: Engine = embedded
+    assert engine.workers == 2
+    assert rows_of(embedded, mixed_tasks(COUNT), MIXED) == serial_rows
+
+
+def test_on_a_cluster_that_exists(serial_rows):
+    with existing_cluster(2) as address:
+        with DaskEngine(address) as engine:
+            assert engine.workers == 2
+            assert rows_of(engine, mixed_tasks(COUNT), MIXED) == serial_rows
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("rumo.campaigns.engines.dask.__version__", "99.0")
+            with pytest.raises(
+                rumo.ArgumentError, match=r"scheduler: got a worker at .* with Rumo .*, expected Rumo 99"
+            ):
+                DaskEngine(address)
+
+
+def test_a_scheduler_that_is_not_there(monkeypatch):
+    monkeypatch.setattr("rumo.campaigns.engines.dask.PATIENCE", 0.3)
+    for address in ("tcp://127.0.0.1:9", "nonsense://x", "127.0.0.1:99999", ""):
+        with pytest.raises(rumo.ArgumentError, match=r"scheduler: got .*, expected the address of a Dask scheduler"):
+            DaskEngine(address)
+
+
+def test_a_scheduler_without_workers(monkeypatch):
+    monkeypatch.setattr("rumo.campaigns.engines.dask.WORKER_PATIENCE", 0.3)
+    with existing_cluster(0) as address, pytest.raises(rumo.ArgumentError, match="which has no workers"):
+        DaskEngine(address)
+
+
+def test_no_socket_off_loopback(embedded):
+    rows = embedded.rows(WORK, {}, Tasks(1000))
+    next(rows)
+    own = psutil.Process()
+    sockets = [socket for each in (own, *own.children(recursive=True)) for socket in each.net_connections("inet")]
+    assert {socket.laddr.ip for socket in sockets} <= {"127.0.0.1", "::1"}
+    rows.close()
+
+
+def test_runs_that_are_no_more_wanted_end_at_once(embedded):
+    own = psutil.Process()
+    rows = embedded.rows(WORK, {}, [task(0), task(1, "never end"), task(2, "never end")])
+    next(rows)
+    time.sleep(0.3)
+    begun = time.monotonic()
+    rows.close()
+    while own.children():
+        assert time.monotonic() - begun < 5.0, own.children()
+        time.sleep(0.01)
+    assert rows_of(embedded, [task(0)], {})[0]["outcome"] == "done"
+
+
+def test_more_tasks_than_memory_should_hold(embedded):
+    read = []
+
+    def tasks():
+        for number in range(10**9):
+            read.append(number)
+            yield task(number)
+
+    rows = embedded.rows(WORK, {}, tasks())
+    for _ in range(50):
+        next(rows)
+    rows.close()
+    assert len(read) < 100_000
+
+
+def test_work_that_cannot_be_prepared(embedded):
+    with pytest.raises(CampaignError, match="cannot be prepared: ValueError: cannot be set up"):
+        list(embedded.rows(WORK, {"broken": True}, Tasks(5)))
+
+
+def test_tasks_that_cannot_be_made(embedded):
+    def tasks():
+        yield task(0)
+        raise ValueError("no more")
+
+    with pytest.raises(ValueError, match="no more"):
+        list(embedded.rows(WORK, {}, tasks()))
+
+
+def test_an_empty_campaign(embedded):
+    assert list(embedded.rows(WORK, {}, [])) == []
+
+
+@pytest.mark.parametrize("workers", [0, 1.5, "2"])
+def test_a_number_of_workers_that_is_none(workers):
+    with pytest.raises(rumo.ArgumentError, match="workers"):
+        DaskEngine(workers=workers)
+
+
+def test_idle_processes_end(monkeypatch):
+    monkeypatch.setattr(on_worker, "IDLE", 0.2)
+    pool = Pool()
+    process = pool.take("a", WORK, {})
+    process.run(task(0))
+    pool.give("a", process)
+    assert pool.take("a", WORK, {}) is process
+    pool.give("a", process)
+    deadline = time.monotonic() + 5.0
+    while process.pid is not None:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    again = pool.take("a", WORK, {})
+    assert again is not process
+    pool.end("a")
+    pool.give("a", again)
+    with pytest.raises(ClosedError):
+        pool.take("a", WORK, {})

@@ -1,0 +1,327 @@
+"""Rows are kept whole: whatever ends the writer, what was stored can be read, each run once."""
+
+import errno
+import json
+import multiprocessing
+import os
+from contextlib import suppress
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import rumo
+import rumo.campaigns.parts
+from rumo.campaigns.kinds import common_kind, converted, in_order, kind_of
+from rumo.campaigns.store import LOCK, PART, Store, read_head, read_rows
+from rumo.errors import CampaignError, FileError
+
+SPECIFICATION = {"name": "a", "runs": 3}
+
+
+def row(number, outcome="done", **columns):
+    return {"key": f"{number:04d}", "draw": number, "controller": "rti", "outcome": outcome, "attempts": 1, **columns}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return tmp_path / "new" / "campaign"
+
+
+def stored(folder, *parts):
+    """A campaign with these rows in these parts."""
+    with Store(folder, SPECIFICATION) as store:
+        for part in parts:
+            for each in part:
+                store.add(each)
+            store.flush()
+
+
+def files(folder):
+    return sorted(path.name for path in (folder / "rows").iterdir())
+
+
+def test_rows_are_found_again(folder):
+    stored(folder, [row(0, x=1), row(1)], [row(2, "raised", error="no")])
+    assert files(folder) == ["000001.parquet", "000002.parquet"]
+    frame = read_rows(folder)
+    assert list(frame.columns) == ["key", "draw", "controller", "outcome", "error", "attempts", "x"]
+    assert list(frame["key"]) == ["0000", "0001", "0002"]
+    with Store(folder, SPECIFICATION) as store:
+        pd.testing.assert_frame_equal(store.rows(), frame)
+        assert store.keys() == {"0000", "0001", "0002"}
+        assert store.keys(failed=False) == {"0000", "0001"}
+        store.add(row(3))
+        store.flush()
+    assert files(folder)[-1] == "000003.parquet"
+
+
+def test_a_part_is_written_every_so_many_rows_or_seconds(folder, monkeypatch):
+    with Store(folder, SPECIFICATION) as store:
+        for number in range(PART + 1):
+            store.add(row(number))
+        assert len(read_rows(folder)) == PART
+        monkeypatch.setattr("rumo.campaigns.store.PAUSE", 0.0)
+        store.add(row(PART + 1))
+        assert len(read_rows(folder)) == PART + 2
+
+
+def test_columns_have_one_type_whichever_rows_came_first(folder):
+    rows = [
+        row(0, **{"kpi.a": None, "setting.n": 1, "setting.how": "auto", "setting.on": True, "kpi.b": 1}),
+        row(1, **{"kpi.a": 2, "setting.n": 0.5, "setting.how": 2.0}),
+        row(2, **{"kpi.a": True, "setting.n": None, "setting.how": 3, "setting.on": None, "setting.big": 2**70}),
+    ]
+    frames = []
+    for i, parts in enumerate([[rows], [[each] for each in rows], [[each] for each in reversed(rows)]]):
+        stored(folder / str(i), *parts)
+        with Store(folder / str(i), SPECIFICATION) as store:
+            store.compact()
+        frames.append(read_rows(folder / str(i)))
+        pd.testing.assert_frame_equal(frames[-1], frames[0])
+    frame = frames[0]
+    assert list(frame["kpi.a"])[1:] == [2.0, 1.0]
+    assert np.isnan(frame["kpi.a"][0])
+    assert frame["kpi.b"].dtype == float
+    assert list(frame["setting.n"])[:2] == [1.0, 0.5]
+    assert list(frame["setting.how"]) == ["auto", "2", "3"]
+    assert list(frame["setting.on"]) == [True, None, None]
+    assert frame["setting.big"][2] == str(2**70)
+
+
+NUMBERS = st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False)
+COLUMNS = {"kpi.x": NUMBERS, "setting.x": NUMBERS | st.text(max_size=3)}
+
+
+@given(st.data(), st.sampled_from(list(COLUMNS)))
+def test_kinds_do_not_depend_on_parts(data, column):
+    values = data.draw(st.lists(COLUMNS[column], min_size=1))
+    cut = data.draw(st.integers(0, len(values)))
+    whole = common_kind(kind_of(value, column) for value in values)
+    kinds = [common_kind(kind_of(value, column) for value in part) for part in (values[:cut], values[cut:])]
+    assert common_kind(kinds) == whole
+    at_once = [converted(value, whole) for value in values]
+    first = [converted(value, kinds[0]) for value in values[:cut]] + [
+        converted(value, kinds[1]) for value in values[cut:]
+    ]
+    assert [converted(value, whole) for value in first] == at_once
+
+
+def test_columns_are_in_an_order_of_their_own():
+    names = ["run.host", "status.OK", "setting.b", "kpi.z", "key", "setting.a", "kpi.y", "draw"]
+    ordered = ["key", "draw", "setting.a", "setting.b", "kpi.y", "kpi.z", "status.OK", "run.host"]
+    assert in_order(names) == in_order(reversed(names)) == ordered
+
+
+def test_each_run_counts_once_preferably_done(folder):
+    stored(
+        folder, [row(0, "crashed", n=1), row(1, n=1)], [row(0, n=2), row(1, n=2)], [row(0, n=3), row(1, "timeout", n=3)]
+    )
+    with Store(folder, SPECIFICATION) as store:
+        for _ in range(2):
+            frame = store.rows()
+            assert list(zip(frame["key"], frame["outcome"], frame["n"], strict=True)) in (
+                [("0000", "done", 2), ("0001", "done", 1)],
+                [("0001", "done", 1), ("0000", "done", 2)],
+            )
+            store.compact()
+    assert files(folder) == ["000004.parquet"] or files(folder) == ["000005.parquet"]
+
+
+def test_compaction_sorts_and_may_be_broken_off(folder, monkeypatch):
+    stored(folder, [row(3), row(1)], [row(2)])
+    removed = []
+
+    def unlink(path, **_):
+        removed.append(path)
+        raise KeyboardInterrupt
+
+    with Store(folder, SPECIFICATION) as store, monkeypatch.context() as patch:
+        patch.setattr("pathlib.Path.unlink", unlink)
+        with suppress(KeyboardInterrupt):
+            store.compact()
+        assert removed
+    assert len(files(folder)) == 3
+    assert set(read_rows(folder)["draw"]) == {1, 2, 3}
+    with Store(folder, SPECIFICATION) as store:
+        store.compact()
+    assert list(read_rows(folder)["draw"]) == [1, 2, 3]
+    assert len(files(folder)) == 1
+
+
+def test_logs_are_files_of_their_own(folder):
+    with Store(folder, SPECIFICATION) as store:
+        store.add(row(7, log=b"a log"))
+        assert (folder / "logs" / "0007.nc").read_bytes() == b"a log"
+        store.flush()
+        assert "log" not in store.rows()
+
+
+def test_an_empty_campaign_has_no_rows(folder):
+    with Store(folder, SPECIFICATION) as store:
+        assert store.keys() == set()
+        store.compact()
+        assert not len(store.rows())
+    assert read_head(folder)["specification"] == SPECIFICATION
+
+
+def torn(folder):
+    path = folder / "rows" / "000001.parquet"
+    path.write_bytes(path.read_bytes()[:-20])
+    return path
+
+
+def foreign(folder):
+    path = folder / "rows" / "000002.parquet"
+    pd.DataFrame({"a": [1]}).to_parquet(path)
+    return path
+
+
+def other(folder):
+    path = folder / "rows" / "notes.txt"
+    path.write_text("mine")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("spoil", "what"),
+    [(torn, "a file that is torn"), (foreign, "no column 'key'"), (other, "something that no campaign writes")],
+)
+def test_a_file_of_others_is_named(folder, spoil, what):
+    stored(folder, [row(0)])
+    path = spoil(folder)
+    with pytest.raises(FileError, match=what) as caught:
+        read_rows(folder)
+    assert caught.value.file == str(path)
+    with pytest.raises(FileError, match=what), Store(folder, SPECIFICATION) as store:
+        store.keys()
+
+
+def test_what_a_killed_writer_has_left_is_removed(folder):
+    stored(folder, [row(0)])
+    left = folder / "rows" / ".0123456789abcdef.parquet"
+    left.write_bytes(b"half")
+    assert len(read_rows(folder)) == 1
+    stored(folder)
+    assert not left.exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        ({"rumo": "0.0.1"}, "of Rumo 0.0.1, expected rows of Rumo"),
+        ({"hash": "0", "specification": {"name": "b", "runs": 3}}, "of another campaign, with another name, expected"),
+        ({"format": 2}, "of format 2, expected format 1"),
+    ],
+)
+def test_a_folder_of_something_else_is_refused(folder, change, what):
+    stored(folder, [row(0)])
+    head = folder / "campaign.json"
+    head.write_text(json.dumps(json.loads(head.read_text()) | change))
+    with pytest.raises(rumo.ArgumentError, match=what):
+        Store(folder, SPECIFICATION)
+
+
+@pytest.mark.parametrize("text", ["{", "[]", "{}", None])
+def test_a_damaged_head_is_refused(folder, text):
+    stored(folder, [row(0)])
+    head = folder / "campaign.json"
+    head.unlink() if text is None else head.write_text(text)
+    with pytest.raises(FileError, match=r"campaign.json"):
+        Store(folder, SPECIFICATION)
+
+
+def test_a_folder_without_a_campaign(folder):
+    with pytest.raises(rumo.ArgumentError, match=r"campaign: got .*, expected the folder of a campaign"):
+        read_rows(folder)
+
+
+def test_a_place_that_is_a_file(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(rumo.ArgumentError, match=r"output: got .*file' \(.*\), expected a folder"):
+        Store(tmp_path / "file", SPECIFICATION)
+
+
+def hold(folder, ready, end):
+    with Store(folder, SPECIFICATION):
+        ready.set()
+        end.wait()
+
+
+def test_two_at_once_are_refused_and_a_dead_one_is_not_in_the_way(folder, monkeypatch):
+    monkeypatch.setattr("rumo.campaigns.store.PATIENCE", 0.1)
+    context = multiprocessing.get_context("spawn")
+    ready, end = context.Event(), context.Event()
+    other = context.Process(target=hold, args=(folder, ready, end))
+    other.start()
+    try:
+        assert ready.wait(60)
+        with pytest.raises(rumo.ArgumentError, match=f"in use by process {other.pid} on "):
+            Store(folder, SPECIFICATION)
+        read_rows(folder)
+    finally:
+        other.kill()
+        other.join()
+    assert (folder / LOCK).exists()
+    with Store(folder, SPECIFICATION):
+        pass
+    assert not (folder / LOCK).exists()
+
+
+@pytest.fixture
+def full_disk(monkeypatch):
+    """A disk that can be full."""
+    state = {"full": True}
+    write = rumo.campaigns.parts.write_whole
+
+    def write_whole(path, writer, **options):
+        def half(place):
+            writer(place)
+            if state["full"]:
+                place.write_bytes(place.read_bytes()[:10])
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+        return write(path, half, **options)
+
+    monkeypatch.setattr("rumo.campaigns.parts.write_whole", write_whole)
+    return state
+
+
+def test_a_full_disk_loses_nothing_that_is_stored(folder, full_disk):
+    full_disk["full"] = False
+    stored(folder, [row(0)])
+    full_disk["full"] = True
+    with Store(folder, SPECIFICATION) as store:
+        store.add(row(1))
+        with pytest.raises(CampaignError, match=r"No space left on device. 0 rows .* stored, 1 row not yet. Make room"):
+            store.flush()
+        assert files(folder) == ["000001.parquet"]
+        full_disk["full"] = False
+        store.flush()
+        full_disk["full"] = True
+        with pytest.raises(CampaignError, match=r"No space left on device. 1 row of this start is stored. Make room"):
+            store.compact()
+    assert len(read_rows(folder)) == 2
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows has no limits of this kind")
+def test_a_limit_of_file_sizes_is_like_a_full_disk(folder):
+    import resource
+    import signal
+
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    with Store(folder, SPECIFICATION) as store:
+        store.add(row(0, text="x" * 1000))
+        try:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (500, limits[1]))
+            with pytest.raises(CampaignError, match="cannot be written to"):
+                store.flush()
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+            signal.signal(signal.SIGXFSZ, before)
+        assert files(folder) == []
+        store.flush()
+        assert len(store.rows()) == 1
