@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 import casadi as ca
 
-from rumo.checks import checked_items, printable
+from rumo.checks import SMALLEST, checked_items, printable
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.expressions import as_scalar, called
 from rumo.signals import Array, NamedSymbols, Signals, Values
@@ -26,10 +27,24 @@ class Parameter:
         Unit, "1" for none.
     default : float
         Value where nothing else is given.
+    lower, upper : float
+        Values beyond which the equations mean nothing: a plant is not run with them.
     """
 
     unit: str
     default: float
+    lower: float = -inf
+    upper: float = inf
+
+    def check(self, value: float, argument: str) -> None:
+        """Raise, naming `argument`, for a value that means nothing."""
+        if self.lower <= value <= self.upper:
+            return
+        if self.upper < inf:
+            expected = f"a number from {self.lower:g} to {self.upper:g}"
+        else:
+            expected = "a positive number" if self.lower == SMALLEST else f"a number of at least {self.lower:g}"
+        raise ArgumentError(argument, repr(value), expected)
 
 
 @dataclass(frozen=True)
@@ -91,6 +106,8 @@ class Model:
     ----------
     variables : Signals
         The states, then the algebraic variables.
+    parameter_items : dict of str to Parameter
+        The parameters as they were given.
     f, g : casadi.Function
         `(xz, u, p) -> xdot` and `(xz, u, p) -> g`, shapes (nx + nz,), (nu,), (np_,), (nx,) and (nz,); xz are the
         variables.
@@ -128,6 +145,9 @@ class Model:
         self._reject_shared_names()
         defaults = {key: item.default for key, item in parameters.items()}
         self.default_parameters: Array = self.parameters.finite_vector(defaults, "parameters")
+        for key, item in parameters.items():
+            item.check(item.default, f"parameters[{key!r}].default")
+        self.parameter_items = parameters
 
         self.variables = Signals(dict(states) | {key: item.unit for key, item in algebraic.items()}, "states")
         guesses = {key: item.guess for key, item in algebraic.items()}

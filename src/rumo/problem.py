@@ -18,7 +18,7 @@ from rumo.model import Model
 from rumo.numbers import PathConstraint, ProblemNumbers, path_constraints
 from rumo.sealed import Sealed
 from rumo.signals import Array, Signals
-from rumo.structure import Structure, limited_moves, rows_of
+from rumo.structure import Row, Structure, limited_moves, rows_of
 from rumo.terms import BoundsLike, Constraint, Penalty, Weight
 
 
@@ -257,6 +257,11 @@ class Problem(Sealed):
         vars(self)["output_rows"] = self._structure.output_rows
         self._take(state["numbers"])
         _protect(self)
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """The path constraints without their numbers: which state each bounds, and on which side."""
+        return self._structure.rows
 
     @property
     def input_lower(self) -> Array:

@@ -56,6 +56,7 @@ ROOMS = [
     "report",
     "environment",
     "studies",
+    "scenarios",
     "campaigns",
     "bench",
     "cli",

@@ -8,17 +8,20 @@ import numpy as np
 
 from rumo.checks import as_numbers, finite_number
 from rumo.errors import ArgumentError, ShapeError
+from rumo.model import Parameter
 from rumo.signals import Array, Signals, read_only
 from rumo.simulation.place import DisturbanceByState
-from rumo.simulation.wind import Disturbance
+from rumo.simulation.wind import Constant, Disturbance
 
 
-def check_disturbance(disturbance: object, argument: str) -> None:
-    """Raise unless it is a disturbance."""
+def check_disturbance(disturbance: object, argument: str, parameter: Parameter | None = None) -> None:
+    """Raise unless it is a disturbance, and if constant, of a value that the parameter can have."""
     if isinstance(disturbance, type) or not isinstance(disturbance, Disturbance | DisturbanceByState):
         cure = f"Write Constant({disturbance!r})." if isinstance(disturbance, int | float) else ""
         expected = "a disturbance such as rumo.simulation.Constant(9.81), with sample(times, rng) or start(states)"
         raise ArgumentError(argument, repr(disturbance), expected, cure)
+    if parameter is not None and isinstance(disturbance, Constant):
+        parameter.check(disturbance.value, argument)
 
 
 class Disturbances:

@@ -121,6 +121,17 @@ def check_plant(plant: object) -> None:
         raise ArgumentError("plant", repr(plant), expected)
 
 
+def parameters_of(plant: Model | Plant | PlantLike | str) -> Mapping[str, Parameter]:
+    """Parameters of a plant as they were given, by name; of one that is a name, nothing."""
+    if isinstance(plant, Plant):
+        plant = plant.model
+    if isinstance(plant, Model):
+        return plant.parameter_items
+    given = getattr(plant, "parameters", None)
+    items = given.items() if isinstance(given, Mapping) else ()
+    return {name: item for name, item in items if isinstance(item, Parameter)}
+
+
 def as_plant(plant: Any, sampling_time: float) -> Plant | ForeignPlant:
     """A plant from whatever can be one; of a `Plant` a copy, so that no two loops share a memory."""
     check_plant(plant)

@@ -25,7 +25,7 @@ from rumo.registry import CONTROLLERS, DISCRETIZATIONS
 from rumo.signals import Signals, Values
 from rumo.simulation.disturbances import check_disturbance
 from rumo.simulation.faults import Fault
-from rumo.simulation.foreign import PlantLike, check_plant
+from rumo.simulation.foreign import PlantLike, check_plant, parameters_of
 from rumo.simulation.loop import ClosedLoop
 from rumo.simulation.monitors import DelayWatch
 from rumo.simulation.place import DisturbanceByState
@@ -136,8 +136,9 @@ class Scenario:
         if self.observed is not None:
             checked(self.observed, "observed", Model)
         disturbances = as_mapping(self.disturbances, "disturbances")
+        known = parameters_of(self.plant)
         for name, disturbance in disturbances.items():
-            check_disturbance(disturbance, f"disturbances[{name!r}]")
+            check_disturbance(disturbance, f"disturbances[{name!r}]", known.get(name))
         if not isinstance(self.faults, tuple | list):
             raise ArgumentError("faults", repr(self.faults), "a tuple such as (Missing(when=range(10, 15)),)")
         for fault in self.faults:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import casadi as ca
@@ -24,6 +25,7 @@ from rumo.vehicles.errata import AsPrinted
 from rumo.vehicles.motion import MOTION
 from rumo.vehicles.parameters import VehicleParameters
 from rumo.vehicles.tyres import ModifiedDugoff, Tyre
+from rumo.vehicles.varied import varied_car, varied_parameters
 
 WHEELS = ("fl", "fr", "rl", "rr")
 # A wheel that the quasi-static transfer would lift keeps this share of its static load.
@@ -39,6 +41,7 @@ def four_wheel(
     steering: Steering = STEERING_RATE,
     load_transfer: bool = False,
     split_friction: bool = False,
+    varied: Sequence[str] = (),
 ) -> Model:
     """Four-wheel car with 11 states: equations (vehicle-dynamics), (wheels-dynamics) and (steering-dynamics).
 
@@ -61,11 +64,14 @@ def four_wheel(
         `v_x omega` across it, by the height of the centre of gravity; static otherwise.
     split_friction : bool
         Parameters mu_left and mu_right, the friction below the wheels of a side, in place of mu.
+    varied : sequence of str
+        Numbers of the car that become parameters of the model, the car's own by default: names in
+        `rumo.vehicles.varied.VARIABLES`, such as "m" or "front_C_a". One model serves cars that differ in them.
 
     Raises
     ------
     ArgumentError
-        If the load is to be transferred and the height h of the centre of gravity is 0.
+        If the load is to be transferred and the height h of the centre of gravity is 0, or a number cannot vary.
     """
     tyre, as_printed = choices(parameters, tyre, as_printed, ModifiedDugoff())
     check_commands(drive, steering)
@@ -76,17 +82,12 @@ def four_wheel(
             "a car whose centre of gravity is above the ground",
             "Give the parameters a height h: dataclasses.replace(parameters, h=0.5).",
         )
-    par = parameters
+    numbers = varied_parameters(parameters, varied)
     road = {"l": "mu_left", "r": "mu_right"} if split_friction else dict.fromkeys("lr", "mu")
-    positions = {
-        "fl": (par.l_f, par.t_w),
-        "fr": (par.l_f, -par.t_w),
-        "rl": (-par.l_r, par.t_w),
-        "rr": (-par.l_r, -par.t_w),
-    }
 
     def on_the_ground(x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any], dict[str, WheelForces]]:
         """Torque, normal load and tyre force of each wheel."""
+        par = varied_car(parameters, p, varied)
         torques = drive.torques(x, u, WHEELS, par)
         tan_delta = _ackermann(steering.angle(x, u), par)
         loads = _loads(x, sum(torques.values()) / par.r, par, load_transfer)
@@ -103,13 +104,14 @@ def four_wheel(
                 par,
                 as_printed,
             )
-            for wheel, position in positions.items()
+            for wheel, position in _positions(par).items()
         }
         return torques, loads, forces
 
     def used(wheel: str) -> Output:
         def expression(x: Any, u: Any, p: Any) -> Any:
             _, loads, forces = on_the_ground(x, u, p)
+            par = varied_car(parameters, p, varied)
             of_axle = par.front if wheel[0] == "f" else par.rear
             return friction_use(forces[wheel], p[road[wheel[1]]], loads[wheel], of_axle, par)
 
@@ -117,6 +119,8 @@ def four_wheel(
 
     def dynamics(x: Any, u: Any, p: Any) -> dict[str, Any]:
         torques, _, forces = on_the_ground(x, u, p)
+        par = varied_car(parameters, p, varied)
+        positions = _positions(par)
         X = sum(force.X for force in forces.values())
         Y = sum(force.Y for force in forces.values())
         moment = sum(forward * forces[wheel].Y - left * forces[wheel].X for wheel, (forward, left) in positions.items())
@@ -131,7 +135,7 @@ def four_wheel(
         states={**BODY_STATES, **{f"w_{wheel}": "rad/s" for wheel in WHEELS}, **steering.states},
         inputs={**drive.inputs(WHEELS), **steering.inputs},
         dynamics=dynamics,
-        parameters={**WIND, **friction(parameters, *dict.fromkeys(road.values()))},
+        parameters={**WIND, **friction(parameters, *dict.fromkeys(road.values())), **numbers},
         outputs={
             "w_f": Output("rad/s", lambda x, u, p: 0.5 * (x.w_fl + x.w_fr)),
             "w_r": Output("rad/s", lambda x, u, p: 0.5 * (x.w_rl + x.w_rr)),
@@ -140,6 +144,16 @@ def four_wheel(
         },
         name="four_wheel",
     )
+
+
+def _positions(par: VehicleParameters) -> dict[str, tuple[float, float]]:
+    """Where the wheels are, ahead of the centre of gravity and to its left [m]."""
+    return {
+        "fl": (par.l_f, par.t_w),
+        "fr": (par.l_f, -par.t_w),
+        "rl": (-par.l_r, par.t_w),
+        "rr": (-par.l_r, -par.t_w),
+    }
 
 
 def _ackermann(delta: Any, par: VehicleParameters) -> dict[str, Any]:

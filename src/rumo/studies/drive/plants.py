@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,7 +75,7 @@ def usual_vehicle(plant: str) -> str:
     return USUAL if number is None else CARS[number]
 
 
-def driven_car(plant: str, car: VehicleParameters, sampling_time: float) -> DrivenCar:
+def driven_car(plant: str, car: VehicleParameters, sampling_time: float, varied: Sequence[str] = ()) -> DrivenCar:
     """A plant by name.
 
     Parameters
@@ -87,6 +87,8 @@ def driven_car(plant: str, car: VehicleParameters, sampling_time: float) -> Driv
         The car.
     sampling_time : float
         For which inputs are held [s].
+    varied : sequence of str
+        Numbers of the car that are parameters of "four-wheel", see there.
 
     Raises
     ------
@@ -97,7 +99,9 @@ def driven_car(plant: str, car: VehicleParameters, sampling_time: float) -> Driv
     if kind == "bicycle":
         return DrivenCar(Plant(dynamic_bicycle(car, ModifiedDugoff()), sampling_time), RearTorque(), car)
     if kind == "four-wheel":
-        return DrivenCar(Plant(four_wheel(car, load_transfer=car.h > 0.0), sampling_time), RearTorque(), car)
+        return DrivenCar(
+            Plant(four_wheel(car, load_transfer=car.h > 0.0, varied=varied), sampling_time), RearTorque(), car
+        )
     if number is None:
         number = next((known for known, name in CARS.items() if VEHICLES[name] == car), None)
         if number is None:

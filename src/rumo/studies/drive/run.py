@@ -14,6 +14,8 @@ from rumo.errors import PlantError
 from rumo.references import Path, SpeedProfile, Track
 from rumo.simulation import ClosedLoop, Sample, Scenario
 from rumo.simulation.run import record
+from rumo.studies.kpis import Driven
+from rumo.vehicles import VehicleParameters
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,6 +47,8 @@ class DriveRun:
         How fast.
     begin, distance : float
         Where it begins on the path, and how far it is to get [m].
+    car : VehicleParameters, optional
+        Of the size of the plant, for figures of merit.
     """
 
     unit: ClassVar[str] = "m"
@@ -55,6 +59,11 @@ class DriveRun:
     profile: SpeedProfile
     begin: float
     distance: float
+    car: VehicleParameters | None = None
+
+    def driven(self, log: xr.Dataset) -> Driven:
+        """A log of this drive, and what else figures of merit need."""
+        return Driven(log, self.track, self.path, self.profile, self.car, self.scenario.plant, self.begin)
 
     def run(
         self, controller: Controller | None = None, *, progress: Callable[[int, int], None] | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from rumo.simulation import Constant, Disturbance, RandomWalk, Scenario, Sensors
 from rumo.simulation.foreign import as_plant
 from rumo.studies.drive.plants import DrivenCar
 from rumo.studies.drive.start import first_motion
-from rumo.vehicles import path_problem, rolling_bicycle
+from rumo.vehicles import Acceleration, RearTorque, VehicleParameters, path_problem, rolling_bicycle
 from rumo.vehicles.rolling_bicycle import ROOM
 
 WIND = RandomWalk(mean=2.0, std=1.5)
@@ -101,8 +102,8 @@ class DriveSetting:
         car, drive = self.driven.car, self.driven.drive
         problem, observed = self.problem, self.observed
         if problem is None:
-            problem = path_problem(car, drive=drive)
-            observed = observed or rolling_bicycle(car, drive=drive)
+            problem, usual = _path_problem(car, drive)
+            observed = observed or usual
         knows = as_plant(self.driven.plant, problem.sampling_time).parameters
         disturbances: dict[str, Disturbance] = {}
         if "wind_speed" in knows:
@@ -139,3 +140,9 @@ class DriveSetting:
             about = track if track.path is self.path else track.about(self.path, min(1.0, 0.25 * car.length))
             room = about.room(car)
         return PathTracking(self.path, self.profile, vehicle=car, begin=self.begin, parameters=room)
+
+
+@lru_cache(maxsize=16)
+def _path_problem(car: VehicleParameters, drive: RearTorque | Acceleration) -> tuple[Problem, Model]:
+    """The problem of a car, and whose states are observed: the same for all its drives, so that these share builds."""
+    return path_problem(car, drive=drive), rolling_bicycle(car, drive=drive)

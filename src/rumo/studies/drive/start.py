@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
+from rumo.model import Model
 from rumo.references import Path, SpeedProfile
 from rumo.signals import Array
 from rumo.vehicles import Acceleration, RearTorque, VehicleParameters, rolling_bicycle
@@ -51,7 +54,7 @@ def first_motion(
 
     here, speed = path.at(begin), float(profile.speed_at(begin))
     curvature, gain = float(here.curvature), float(profile.acceleration_at(begin))
-    model = rolling_bicycle(car, drive=drive)
+    model = _model(car, drive)
     ((along, _),) = drive.inputs(WHEELS).items()
     unit = car.m * car.r if isinstance(drive, RearTorque) else 1.0
     p = model.parameter_vector({} if mu is None else {"mu": mu})
@@ -76,3 +79,8 @@ def first_motion(
         found = root(missing, z)
         z = found.x if found.success else z
     return motion(float(z[0]), float(z[1])), inputs(float(z[2]))
+
+
+@lru_cache(maxsize=16)
+def _model(car: VehicleParameters, drive: RearTorque | Acceleration) -> Model:
+    return rolling_bicycle(car, drive=drive)

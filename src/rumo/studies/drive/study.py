@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path as FilePath
+from threading import get_ident
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from rumo.checks import known_names, positive_number, whole_number
@@ -67,6 +68,8 @@ class Drive(Study):
         How far to drive, if not all laps [m].
     backend : str, optional
         Of the real-time iteration.
+    varied : tuple of str
+        Numbers of the car that are parameters of the plant "four-wheel", see there.
 
     Raises
     ------
@@ -90,6 +93,7 @@ class Drive(Study):
     smoothing: float | None = None
     distance: float | None = None
     backend: str | None = None
+    varied: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         known_names((self.controller,), "controller", CONTROLLERS)
@@ -113,7 +117,7 @@ class Drive(Study):
     @cached_property
     def driven_car(self) -> DrivenCar:
         """The plant."""
-        return driven_car(self.plant, self._vehicle(), SAMPLING_TIME)
+        return _driven_car(get_ident(), self.plant, self._vehicle(), self.varied)
 
     @property
     def _named(self) -> str | FilePath:
@@ -165,16 +169,19 @@ class Drive(Study):
             seed=self.seed,
         )
 
+    @cached_property
+    def drive(self) -> DriveRun:
+        """The drive itself."""
+        road = self.road
+        return DriveRun(self.setting.scenario(), road.track, road.path, self.profile, 0.0, self.length, self.car)
+
     def runs(self) -> dict[Key, Run]:
         """The drive, by the controller's name."""
-        road = self.road
-        run = DriveRun(self.setting.scenario(), road.track, road.path, self.profile, 0.0, self.length)
-        return {(self.controller,): run}
+        return {(self.controller,): self.drive}
 
     def driven(self, log: xr.Dataset) -> Driven:
         """A log, and what else figures of merit need."""
-        plant = self.driven_car.plant
-        return Driven(log, self.road.track, self.road.path, self.profile, self.car, plant)
+        return self.drive.driven(log)
 
     def summary(self, results: Mapping[str, xr.Dataset]) -> dict[str, Any]:
         """What was driven, how it ended, and the figures of merit; `results` has the log by the controller's name."""
@@ -217,6 +224,12 @@ class Drive(Study):
         outcome = content["outcome"]
         warning = "" if outcome in (None, FINISHED, BROKEN_OFF) else str(content["ended"])
         return Report("A drive", lead, content, shown, warning)
+
+
+@lru_cache(maxsize=16)
+def _driven_car(thread: int, plant: str, car: VehicleParameters, varied: tuple[str, ...]) -> DrivenCar:
+    """A plant, the same for all drives of a thread: threads must not share one."""
+    return driven_car(plant, car, SAMPLING_TIME, varied)
 
 
 def _broken_off(log: xr.Dataset, found: Mapping[str, Any] | None) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rumo.checks import known_names
 from rumo.studies.kpis.base import Kpi
 from rumo.studies.kpis.constraints import CONSTRAINTS
-from rumo.studies.kpis.driven import Driven
+from rumo.studies.kpis.driven import Driven, driven
 from rumo.studies.kpis.inputs import INPUTS
 from rumo.studies.kpis.motion import MOTION
 from rumo.studies.kpis.place import PLACE, POINT, SETTLED, heading_error, tracking_error
@@ -30,6 +30,7 @@ __all__ = [
     "STEPS",
     "Driven",
     "Kpi",
+    "driven",
     "driving_kpis",
     "heading_error",
     "kpis",

@@ -162,6 +162,12 @@ class Driven:
         return float(self.time[i - 1] + share * (self.time[i] - self.time[i - 1]))
 
 
+def driven(run: Any, log: xr.Dataset) -> Driven:
+    """A log of a run, and what the run knows besides: what its method `driven` says, else the plant of a scenario."""
+    known = getattr(run, "driven", None)
+    return Driven(log, plant=getattr(run, "plant", None)) if known is None else known(log)
+
+
 def _outline(car: VehicleParameters) -> list[tuple[float, float]]:
     """Points ahead of the centre of gravity and to its left [m]: corners, and the middles of the sides, which come
     closest to the inner edge of a bend."""

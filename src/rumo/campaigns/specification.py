@@ -1,0 +1,273 @@
+"""What a campaign is: a recipe, what varies about it, who drives, and what is asked of the drives."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+from rumo.campaigns.criteria import Criterion
+from rumo.campaigns.distributions import Distribution
+from rumo.campaigns.sampling import SAMPLINGS, Draws, Grid
+from rumo.campaigns.work import LOGS, STEP_TIMES, TIMES
+from rumo.checks import as_mapping, checked, known_names, positive_number, whole_number
+from rumo.errors import ArgumentError, UnknownNameError
+from rumo.registry import CONTROLLERS
+from rumo.scenarios import Plain, Recipe
+from rumo.scenarios.parts import parts_of
+from rumo.studies.kpis import KPIS
+from rumo.version import __version__
+
+FORMAT = 1
+"""Of keys and rows: others do not go together."""
+MOST_RUNS = 10_000_000
+SEED, CONTROLLER = "seed", "controller"
+APART = 1_000_000
+"""Seeds of drives in two campaigns are so far apart as their seeds, times this."""
+OTHER_KEYS = {f"step_time_{part}_us": "step_time" for part in STEP_TIMES} | {"deadline_misses": "deadline_misses"}
+"""Figures that a row has by other names: those of times."""
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A thousand drives, say, before they are driven.
+
+    Parameters
+    ----------
+    recipe : Recipe
+        What they have in common.
+    vary : mapping of str to Grid, Distribution or sequence
+        Settings that differ from draw to draw, by their names in the recipe. A sequence is a grid.
+    runs : int, optional
+        Number of draws, each of which every controller drives. If not given, the number of the grids' points. There
+        cannot be fewer than these: each point is driven at least once.
+    controllers : sequence of str
+        Names in `rumo.registry.CONTROLLERS`; all drive the same draws.
+    sampling : str
+        How distributions are spread: one of `rumo.campaigns.sampling.SAMPLINGS`.
+    seed : int
+        Of draws and drives. Where the recipe has no seed and none varies, draw i is driven with the seed
+        1 000 000 `seed` + i.
+    timeout : float
+        That a run may take [s].
+    kpis : sequence of str, optional
+        Names in `rumo.studies.kpis.KPIS`; all if not given. Those of criteria are there anyway.
+    criteria : mapping of str to Criterion or mapping
+        What a drive has to meet, by name.
+    logs : str
+        Of which runs the log is kept at once, one of `rumo.campaigns.work.LOGS`.
+    report : mapping of str to plain data
+        What is shown: `heat_map`, two of the settings that vary.
+
+    Raises
+    ------
+    ArgumentError
+        If a value cannot work. Whether all drives can begin is found out by `rumo.campaigns.rehearsal.rehearse`.
+    """
+
+    recipe: Recipe
+    vary: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    runs: int | None = None
+    controllers: tuple[str, ...] = ("rti",)
+    sampling: str = "sobol"
+    seed: int = 0
+    timeout: float = 600.0
+    kpis: tuple[str, ...] | None = None
+    criteria: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    logs: str = "failed"
+    report: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+    def __post_init__(self) -> None:
+        checked(self.recipe, "recipe", Recipe)
+        known_names(self.controllers, "controllers", CONTROLLERS)
+        if len({*self.controllers}) < len(self.controllers):
+            raise ArgumentError("controllers", repr(list(self.controllers)), "each of them once")
+        for argument, value, known in (("sampling", self.sampling, SAMPLINGS), ("logs", self.logs, LOGS)):
+            if value not in known:
+                raise UnknownNameError(argument, value, known)
+        whole_number(self.seed, "seed", 0)
+        positive_number(self.timeout, "timeout")
+        vary = {name: _varied(name, value) for name, value in as_mapping(self.vary, "vary").items()}
+        for name in (*vary, *self.recipe.settings):
+            if name == CONTROLLER:
+                raise ArgumentError(CONTROLLER, "a setting", "nothing: controllers says which drive")
+        kpis = tuple(KPIS) if self.kpis is None else tuple(_kpi(name, "kpis") for name in self.kpis)
+        criteria = {name: _criterion(name, value) for name, value in as_mapping(self.criteria, "criteria").items()}
+        of_criteria = (_kpi(each.kpi, f"criteria.{each.name}.kpi") for each in criteria.values())
+        own: dict[str, Any] = {
+            "vary": MappingProxyType(vary),
+            "controllers": tuple(self.controllers),
+            "kpis": tuple(dict.fromkeys((*kpis, *of_criteria))),
+            "criteria": MappingProxyType(criteria),
+            "report": MappingProxyType(_shown(self.report, vary)),
+        }
+        for name, value in own.items():
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "runs", self._checked_runs())
+
+    def _checked_runs(self) -> int:
+        points = Draws(self.vary, 1).points
+        if self.runs is None:
+            if any(isinstance(each, Distribution) for each in self.vary.values()):
+                raise ArgumentError("runs", "nothing", "a number of draws, since something varies by chance")
+            return points
+        runs = whole_number(self.runs, "runs", 1, most=MOST_RUNS)
+        if runs < points:
+            raise ArgumentError(
+                "runs",
+                str(runs),
+                f"at least {points}, one for each point of the grids",
+                'Leave values out, or let some vary by chance: { distribution = "choice", among = [...] }.',
+            )
+        by_chance = any(isinstance(each, Distribution) for each in self.vary.values())
+        if runs > points and not by_chance and self._has_seed:
+            raise ArgumentError("runs", str(runs), f"{points}, one for each point of the grids: more would be the same")
+        return runs
+
+    @property
+    def _has_seed(self) -> bool:
+        return SEED in self.vary or SEED in self.recipe.settings
+
+    @cached_property
+    def draws(self) -> Draws:
+        """What varies, draw by draw."""
+        return Draws(self.vary, self.runs or 1, self.sampling, self.seed)
+
+    @cached_property
+    def _seeded(self) -> bool:
+        """Whether each draw has a seed of its own."""
+        if self._has_seed:
+            return False
+        return SEED in self.recipe.arguments or SEED in (parts_of(self.recipe.run()) or ())
+
+    def settings(self, draw: int) -> dict[str, Plain]:
+        """Settings of a draw, on top of the recipe's."""
+        own = {SEED: APART * self.seed + draw} if self._seeded else {}
+        return self.draws[draw] | own
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """Names of the settings of draws."""
+        return (*self.vary, *((SEED,) if self._seeded else ()))
+
+    @cached_property
+    def common(self) -> dict[str, Any]:
+        """What all tasks have in common, plain data: what `rumo.campaigns.work.run` is called with."""
+        return {
+            "recipe": self.recipe.plain,
+            "controllers": list(self.controllers),
+            "kpis": list(self.kpis or ()),
+            "criteria": {name: each.plain for name, each in self.criteria.items()},
+            "timeout": self.timeout,
+            "logs": self.logs,
+        }
+
+    @property
+    def tasks(self) -> Tasks:
+        """All runs, draw by draw, each with every controller."""
+        return Tasks(self)
+
+    @property
+    def plain(self) -> dict[str, Any]:
+        """All of it as plain data, from which `rumo.campaigns.reading.campaign_of` makes it again."""
+        return {
+            "campaign": {
+                "runs": self.runs,
+                "controllers": list(self.controllers),
+                "sampling": self.sampling,
+                "seed": self.seed,
+                "timeout": self.timeout,
+                "kpis": list(self.kpis or ()),
+                "logs": self.logs,
+            },
+            "scenario": self.recipe.plain,
+            "vary": {name: each.plain for name, each in self.vary.items()},
+            "criteria": self.common["criteria"],
+            "report": dict(self.report),
+        }
+
+    @cached_property
+    def _identity(self) -> dict[str, Any]:
+        """What decides the rows of all tasks."""
+        return {"format": FORMAT, "rumo": __version__, "recipe": self.recipe.identity, "kpis": sorted(self.kpis or ())}
+
+    def task(self, draw: int, controller: str) -> dict[str, Any]:
+        """A run: its key is the hash of all that decides its row."""
+        settings = self.settings(draw)
+        content = self._identity | {"settings": settings, "controller": controller}
+        key = hashlib.sha256(canonical(content).encode()).hexdigest()[:16]
+        return {"key": key, "draw": draw, "controller": controller, "settings": settings}
+
+
+class Tasks(Collection[Any]):
+    """The tasks of a campaign, made when they are asked for.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Whose tasks.
+    """
+
+    def __init__(self, campaign: Campaign) -> None:
+        self._campaign = campaign
+
+    def __len__(self) -> int:
+        return len(self._campaign.draws) * len(self._campaign.controllers)
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        campaign = self._campaign
+        for draw in range(len(campaign.draws)):
+            for controller in campaign.controllers:
+                yield campaign.task(draw, controller)
+
+    def __contains__(self, task: object) -> bool:
+        return any(task == each for each in self)
+
+
+def canonical(content: Any) -> str:
+    """Plain data as a text, always the same."""
+    return json.dumps(content, sort_keys=True, separators=(",", ":"))
+
+
+def _varied(name: str, value: Any) -> Grid | Distribution:
+    if isinstance(value, Grid | Distribution):
+        return value
+    if isinstance(value, str | Mapping) or not isinstance(value, Collection) or not len(value):
+        raise ArgumentError(f"vary.{name}", repr(value), "a list of values, a range or a distribution")
+    return Grid(value if isinstance(value, range) else list(value))  # pyright: ignore[reportUnknownArgumentType]
+
+
+def _kpi(key: str, argument: str) -> str:
+    """Name of a figure of merit, from its name or its key, which may have a part."""
+    known = {kpi.key: name for name, kpi in KPIS.items()} | {name: name for name in KPIS} | OTHER_KEYS
+    if not isinstance(key, str) or key.partition(".")[0] not in known:
+        raise UnknownNameError(argument, key, known)
+    return known[key.partition(".")[0]]
+
+
+def _criterion(name: str, value: Any) -> Criterion:
+    criterion = value if isinstance(value, Criterion) else Criterion.of(name, value)
+    kpi = _kpi(criterion.kpi, f"criteria.{name}.kpi")
+    head, _, part = criterion.kpi.partition(".")
+    if kpi in TIMES and head not in OTHER_KEYS:
+        raise UnknownNameError(f"criteria.{name}.kpi", criterion.kpi, OTHER_KEYS)
+    key = head if head in OTHER_KEYS else KPIS[kpi].key
+    return Criterion(name, f"{key}.{part}" if part else key, criterion.at_most, criterion.at_least)
+
+
+def _shown(report: Any, vary: Mapping[str, Any]) -> dict[str, Any]:
+    shown = as_mapping(report, "report")
+    for key in shown:
+        if key != "heat_map":
+            raise UnknownNameError(f"report.{key}", key, ("heat_map",))
+    names = shown.get("heat_map", [])
+    if not isinstance(names, list | tuple) or len(names) not in (0, 2):
+        raise ArgumentError("report.heat_map", repr(names), "two settings that vary")
+    for name in names:
+        if name not in vary:
+            raise UnknownNameError("report.heat_map", name, vary)
+    return {"heat_map": list(names)} if names else {}

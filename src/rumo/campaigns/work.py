@@ -1,0 +1,149 @@
+"""One run of a campaign, from its task to its row: what engines call by name, wherever they are."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from importlib.metadata import version
+from inspect import signature
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from rumo.campaigns.columns import KPI, RUN, STATUS
+from rumo.campaigns.criteria import Criterion
+from rumo.controllers import Controller
+from rumo.scenarios import Recipe, changed
+from rumo.simulation import Scenario, save
+from rumo.studies.base import shared_controller
+from rumo.studies.drive.run import DriveRun, to_its_end
+from rumo.studies.kpis import KPIS, driven, kpis
+from rumo.version import __version__
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WORK = "rumo.campaigns.work:run"
+"""By which engines know it."""
+TIMES = ("step_time", "deadline_misses")
+"""Figures of merit that differ whenever a run is made."""
+STEP_TIMES = ("p50", "p99", "max")
+"""Of which these are kept."""
+COUNTS = "status_counts"
+FAILED, ALL, NONE = LOGS = ("failed", "all", "none")
+"""Of which runs the log is kept at once: those that fail a criterion, all, or none."""
+
+
+def prepare(common: Mapping[str, Any]) -> None:
+    """Do once what all runs share: kernels are compiled, packages imported."""
+    for name in common.get("controllers", ()):
+        run = with_controller(Recipe.of(common["recipe"]).run(), name)
+        scenario = scenario_of(run)
+        if scenario is not None:
+            shared_controller(scenario)
+
+
+def run(common: Mapping[str, Any], task: Mapping[str, Any]) -> dict[str, Any]:
+    """Make the run of a task; the same task gives the same row, but for columns that begin with `run.`.
+
+    Parameters
+    ----------
+    common : mapping
+        `recipe`; `kpis`, names in `rumo.studies.kpis.KPIS`; `criteria` as plain data, by name; `logs`, one of `LOGS`.
+    task : mapping
+        `controller`, and `settings` on top of the recipe's.
+
+    Returns
+    -------
+    dict of str to None, bool, int, float, str or bytes
+        `outcome`, `ended`; figures of merit in `kpi.KEY`, those with parts in `kpi.KEY.PART`; in `status.NAME` how many
+        steps had a status; times and versions in `run.NAME`; `log`, the bytes of a NetCDF file, if it is to be kept.
+
+    Raises
+    ------
+    Exception
+        Whatever the run raises, with an attribute `row`: what is known of it nevertheless, the log until then.
+    """
+    begun, clock = datetime.now(UTC), perf_counter()
+    made = task_run(common, task)
+    scenario = scenario_of(made)
+    controller = None if scenario is None else shared_controller(scenario)
+    log: Any = None
+    try:
+        log = logged(made, controller)
+        row = {"outcome": "done", "error": None, "ended": log.attrs.get("ended")}
+        row |= figures(made, log, common["kpis"])
+    except Exception as error:
+        log = getattr(error, "log", log)
+        known = {"log": _bytes(log)} if log is not None and common.get("logs") != NONE else {}
+        vars(error)["row"] = known | _machine(controller)
+        raise
+    if _wanted(common, row):
+        row["log"] = _bytes(log)
+    times = {f"{RUN}started": begun.isoformat(timespec="seconds"), f"{RUN}wall_time_s": perf_counter() - clock}
+    return row | _machine(controller) | times
+
+
+def task_run(common: Mapping[str, Any], task: Mapping[str, Any]) -> Any:
+    """The run of a task, before it is run."""
+    made = Recipe.of(common["recipe"]).with_settings(task["settings"]).run()
+    return with_controller(made, task["controller"])
+
+
+def with_controller(run: Any, name: str) -> Any:
+    """The same run with another controller."""
+    return changed(run, {"controller": name})
+
+
+def scenario_of(run: Any) -> Scenario | None:
+    """The scenario that a run is of, or is itself."""
+    found = run if isinstance(run, Scenario) else getattr(run, "scenario", None)
+    return found if isinstance(found, Scenario) else None
+
+
+def logged(run: Any, controller: Controller | None) -> xr.Dataset:
+    """The log of a run, by a controller that is there already if it can be; a car in a spin is one that is lost."""
+    takes = controller is not None and "controller" in signature(run.run).parameters
+    given: dict[str, Any] = {"controller": controller} if takes else {}
+    return to_its_end(lambda: run.run(**given)) if isinstance(run, DriveRun) else run.run(**given)
+
+
+def figures(run: Any, log: xr.Dataset, names: Any) -> dict[str, Any]:
+    """Figures of merit, counts of statuses and step times of a log, as columns of a row."""
+    found = kpis(driven(run, log), dict.fromkeys((*names, COUNTS, *TIMES)))
+    keys = {name: KPIS[name].key for name in (COUNTS, *TIMES)}
+    counts, steps, misses = (found.pop(keys[name]) for name in (COUNTS, *TIMES))
+    columns: dict[str, Any] = {}
+    for key, value in found.items():
+        columns |= (
+            {f"{KPI}{key}.{part}": each for part, each in value.items()}
+            if isinstance(value, Mapping)
+            else {f"{KPI}{key}": value}
+        )
+    columns |= {f"{STATUS}{name}": count for name, count in counts.items()}
+    columns |= {f"{RUN}step_time_{name}_us": (steps or {}).get(name) for name in STEP_TIMES}
+    return columns | {f"{RUN}deadline_misses": misses}
+
+
+def _wanted(common: Mapping[str, Any], row: Mapping[str, Any]) -> bool:
+    logs = common.get("logs", FAILED)
+    criteria = [Criterion.of(name, table) for name, table in common.get("criteria", {}).items()]
+    return logs == ALL or (logs == FAILED and any(criterion.why(row) for criterion in criteria))
+
+
+def _bytes(log: xr.Dataset) -> bytes:
+    with TemporaryDirectory() as folder:
+        return save(log, Path(folder) / "log.nc").read_bytes()
+
+
+def _machine(controller: Controller | None) -> dict[str, Any]:
+    return {
+        f"{RUN}host": platform.node(),
+        f"{RUN}rumo": __version__,
+        f"{RUN}python": platform.python_version(),
+        f"{RUN}casadi": version("casadi"),
+        f"{RUN}numpy": version("numpy"),
+        f"{RUN}backend": getattr(controller, "backend", None),
+    }

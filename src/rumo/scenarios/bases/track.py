@@ -1,0 +1,64 @@
+"""A car on a track, as `rumo drive` drives it."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from threading import get_ident
+from typing import Annotated, Any
+
+from rumo.scenarios.arguments import Argument
+from rumo.studies.drive import ESTIMATORS, Drive, DriveRun
+from rumo.vehicles.varied import OF_ALL_CARS
+
+
+def track(
+    *,
+    track: Annotated[
+        str, Argument("1", "A name such as club, oval, eight, iso-3888-1, or a file.", file=True)
+    ] = "club",
+    vehicle: Annotated[
+        str | None, Argument("1", "A name such as passenger or racer, or a TOML file; the plant's own.", file=True)
+    ] = None,
+    plant: Annotated[str, Argument("1", "A name such as four-wheel, bicycle or commonroad-mb:2.")] = "four-wheel",
+    grip: Annotated[float, Argument("1", "Share of friction that the speed profile uses.", above=0.0)] = 0.9,
+    mu: Annotated[
+        float | None, Argument("1", "Friction of the road, known to all; the car's own if none.", above=0.0)
+    ] = None,
+    estimator: Annotated[str, Argument("1", "From noisy measurements to a state.", choices=ESTIMATORS)] = "ekf",
+    laps: Annotated[int, Argument("1", "To be driven; 1 on an open path.", least=1)] = 1,
+    distance: Annotated[float | None, Argument("m", "To be driven, if not all laps.", above=0.0)] = None,
+    width: Annotated[float | None, Argument("m", "Of a track from a file that has none.", above=0.0)] = None,
+    smoothing: Annotated[float | None, Argument("m", "How far the path may pass a file's points.", least=0.0)] = None,
+) -> DriveRun:
+    """A car laps a track at a share of its grip, in wind and with noisy sensors, until it arrives or is lost.
+
+    Friction that only the plant knows of is `plant.mu`; a four-wheel plant also has the numbers of
+    `rumo.vehicles.varied.OF_ALL_CARS` as parameters.
+    """
+    settings: dict[str, Any] = {
+        "track": track,
+        "vehicle": vehicle,
+        "plant": plant,
+        "grip": grip,
+        "mu": mu,
+        "estimator": estimator,
+        "laps": laps,
+        "distance": distance,
+        "width": width,
+        "smoothing": smoothing,
+    }
+    return _drive(get_ident(), tuple(_changed(name) for name in (track, vehicle)), tuple(settings.items()))
+
+
+def _changed(name: str | None) -> tuple[int, int] | None:
+    """When a file was changed, and its size; nothing of what is no file."""
+    if name is None or not Path(name).is_file():
+        return None
+    status = Path(name).stat()
+    return status.st_mtime_ns, status.st_size
+
+
+@lru_cache(maxsize=32)
+def _drive(thread: int, files: tuple[object, ...], settings: tuple[tuple[str, Any], ...]) -> DriveRun:
+    return Drive(**dict(settings), varied=OF_ALL_CARS).drive

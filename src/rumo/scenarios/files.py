@@ -1,0 +1,110 @@
+"""Scenarios as TOML files: nested tables and dotted names are the same."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from math import isinf, isnan
+from pathlib import Path
+from typing import Any
+
+from rumo.errors import ArgumentError, FileError
+from rumo.scenarios.arguments import Plain
+from rumo.scenarios.kinds import KIND, RANGE
+
+
+def read_tables(path: str | Path) -> dict[str, Any]:
+    """Tables of a TOML file.
+
+    Raises
+    ------
+    FileError
+        If it is no TOML.
+    ArgumentError
+        If it cannot be read.
+    """
+    try:
+        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        line = re.search(r"at line (\d+)", str(error))
+        raise FileError(path, int(line[1]) if line else None, str(error), "a TOML file") from None
+    except UnicodeDecodeError as error:
+        raise FileError(path, None, str(error), "a TOML file in UTF-8") from None
+    except OSError as error:
+        raise ArgumentError("file", f"'{path}' ({error.strerror})", "a TOML file that can be read") from None
+
+
+def flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, Plain]:
+    """Values by dotted names; a table with `kind`, or `from` and `to`, is a value."""
+    found: dict[str, Plain] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping) and KIND not in value and value.keys() != RANGE:
+            found |= flattened(value, f"{prefix}{key}.")
+        else:
+            whole: Any = value
+            found[f"{prefix}{key}"] = whole
+    return found
+
+
+def line_of(path: str | Path, name: str) -> int | None:
+    """Line in which a file sets a value, counted from 1; None if that cannot be told.
+
+    Parameters
+    ----------
+    path : str or Path
+        Of the file.
+    name : str
+        Dotted: tables, then the key.
+    """
+    try:
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return None
+    table = ""
+    for number, line in enumerate(lines, 1):
+        if header := re.match(r"\s*\[+\s*([^\]]+?)\s*\]", line):
+            table = re.sub(r"[\"'\s]", "", header[1]) + "."
+            if table == f"{name}.":
+                return number
+        elif key := re.match(r"\s*((?:\"[^\"]*\"|'[^']*'|[\w.\s-])+?)\s*=", line):
+            full = table + re.sub(r"[\"'\s]", "", key[1])
+            if name == full or name.startswith(f"{full}."):
+                return number
+    return None
+
+
+def written(tables: Mapping[str, Mapping[str, Plain]]) -> str:
+    """Tables as TOML, their values by quoted keys, what is None as "none"."""
+    parts = [
+        "\n".join([f"[{name}]", *(f"{_key(key)} = {_value(value)}" for key, value in table.items())])
+        for name, table in tables.items()
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _text(key)
+
+
+def _value(value: Plain) -> str:
+    if value is None:
+        return '"none"'
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, float):
+        if isnan(value) or isinf(value):
+            return "nan" if isnan(value) else "inf" if value > 0.0 else "-inf"
+        return repr(value)
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_value(item) for item in value)}]"
+    return str(value)
+
+
+def _text(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in escaped) + '"'
