@@ -1,46 +1,25 @@
-"""Campaigns from TOML files."""
+"""Campaigns from files: their tables, and errors that say where in a file something is wrong."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from rumo.campaigns.distributions import DISTRIBUTION, Distribution, distribution_of
-from rumo.campaigns.rehearsal import rehearse
 from rumo.campaigns.sampling import Grid
-from rumo.campaigns.specification import Campaign
-from rumo.errors import ArgumentError, UnknownNameError
+from rumo.errors import ArgumentError, FileError, UnknownNameError
 from rumo.scenarios import Recipe
-from rumo.scenarios.files import line_of, read_tables
+from rumo.scenarios.files import line_of
 
 TABLES = ("campaign", "scenario", "vary", "criteria", "report")
 SETTINGS = ("runs", "controllers", "sampling", "seed", "timeout", "kpis", "logs")
 """Keys of the table `[campaign]`."""
 
 
-def read_campaign(path: str | Path) -> Campaign:
-    """A campaign from a file, all of whose drives can begin.
-
-    Parameters
-    ----------
-    path : str or Path
-        Of a TOML file with tables `[campaign]`, `[scenario]`, `[vary]`, `[criteria]` and `[report]`.
-
-    Raises
-    ------
-    ArgumentError
-        If anything in it cannot work; the message names file, line, key, what is there and what could be.
-    """
-    with errors_of(path):
-        campaign = campaign_of(read_tables(path), Path(path).parent)
-        rehearse(campaign)
-        return campaign
-
-
-def campaign_of(tables: Mapping[str, Any], folder: Path = Path()) -> Campaign:
-    """A campaign from plain data, as a file has it; names of files in it are relative to a folder."""
+def campaign_arguments(tables: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Arguments of a `Campaign` from plain data, as a file has it; names of files in it are relative to a folder."""
     for name in tables:
         if name not in TABLES:
             raise UnknownNameError(name, name, TABLES)
@@ -58,9 +37,8 @@ def campaign_of(tables: Mapping[str, Any], folder: Path = Path()) -> Campaign:
             settings[name] = tuple(settings[name])
     with _within("scenario"):
         recipe = Recipe.of(tables.get("scenario"), folder)
-    vary = dict(_varied(tables.get("vary", {}), ""))
-    with _within("campaign", but=TABLES):
-        return Campaign(recipe, vary, criteria=tables.get("criteria", {}), report=tables.get("report", {}), **settings)
+    others = {name: tables.get(name, {}) for name in ("criteria", "report")}
+    return {"recipe": recipe, "vary": dict(_varied(tables.get("vary", {}), "")), **others, **settings}
 
 
 def _varied(table: Mapping[str, Any], prefix: str) -> Generator[tuple[str, Grid | Distribution]]:
@@ -81,13 +59,11 @@ def _varied(table: Mapping[str, Any], prefix: str) -> Generator[tuple[str, Grid 
 
 
 @contextmanager
-def _within(table: str, but: tuple[str, ...] = ()) -> Generator[None]:
+def _within(table: str) -> Generator[None]:
     """Errors name the table in which their argument is."""
     try:
         yield
     except ArgumentError as error:
-        if error.argument.partition(".")[0] in (*but, table):
-            raise
         raise renamed(error, f"{table}.{error.argument}".rstrip(".")) from None
 
 
@@ -97,17 +73,23 @@ def renamed(error: ArgumentError, argument: str) -> ArgumentError:
 
 
 @contextmanager
-def errors_of(path: str | Path, line: Callable[[str | Path, str], int | None] = line_of) -> Generator[None]:
+def errors_of(path: str | Path) -> Generator[None]:
     """Errors name a file, and the line in it that sets their argument."""
     try:
         yield
+    except FileError:
+        raise
     except ArgumentError as error:
-        if error.argument.startswith((str(path), "file")):
-            raise
-        name = error.argument.partition(":")[0]
-        found = line(path, name)
-        while found is None and "." in name:
+        name = _in_file(error.argument)
+        line = line_of(path, name)
+        while line is None and "." in name:
             name = name.rpartition(".")[0]
-            found = line(path, name)
-        place = f"{path}, line {found}" if found else f"{path}"
+            line = line_of(path, name)
+        place = f"{path}, line {line}" if line else f"{path}"
         raise renamed(error, f"{place}: {error.argument}") from None
+
+
+def _in_file(argument: str) -> str:
+    """Dotted name in a file of what an argument of a `Campaign` is called."""
+    name = argument.partition(":")[0]
+    return f"campaign.{name}" if name.partition(".")[0] in SETTINGS else name

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from contextlib import closing
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rumo.campaigns.specification import SEED, Campaign
+from rumo.campaigns.distributions import Distribution
+from rumo.campaigns.sampling import SEED
 from rumo.campaigns.work import scenario_of, with_controller
 from rumo.controllers import RealTimeIteration
-from rumo.errors import ArgumentError, RumoError
+from rumo.errors import ArgumentError, UnknownNameError
 from rumo.registry import CONTROLLERS
 from rumo.scenarios import Plain, changed
+from rumo.scenarios.settings import blamed
 from rumo.simulation import ClosedLoop
 from rumo.studies.base import shared_controller
+
+if TYPE_CHECKING:
+    from rumo.campaigns.specification import Campaign
 
 MOST = 50
 """Values of a setting that are tried, where all are ends."""
@@ -39,20 +45,6 @@ def rehearse(campaign: Campaign) -> None:
                 _begin(campaign, {**first, setting: value}, campaign.controllers[0], setting)
 
 
-def _begin(campaign: Campaign, settings: Mapping[str, Plain], controller: str, tried: str | None) -> None:
-    try:
-        begin(with_controller(campaign.recipe.with_settings(settings).run(), controller))
-    except ArgumentError as error:
-        raise _told(error, campaign, settings, tried) from None
-    except RumoError as error:
-        raise ArgumentError(
-            _place(campaign, tried), _value(settings, tried), "a drive that begins", str(error)
-        ) from None
-    except Exception as error:  # of a base of the user's
-        got = f"{_value(settings, tried)}, with which {campaign.recipe.base} raises {type(error).__name__}: {error}"
-        raise ArgumentError(_place(campaign, tried), got, "a base that makes a run") from error
-
-
 def begin(run: Any) -> None:
     """Set up a run, and come to its first sample."""
     scenario = scenario_of(run)
@@ -65,30 +57,32 @@ def begin(run: Any) -> None:
         next(moments)
 
 
+def _begin(campaign: Campaign, settings: Mapping[str, Plain], controller: str, tried: str | None) -> None:
+    try:
+        begin(with_controller(campaign.recipe.with_settings(settings).run(), controller))
+    except ArgumentError as error:
+        raise _told(error, campaign, settings, tried) from None
+    except Exception as error:  # of the plant, or of a base of the user's
+        value = "these settings" if tried is None else repr(settings[tried])
+        got = f"{value}, with which {campaign.recipe.base} raises {type(error).__name__}: {error}"
+        raise ArgumentError("scenario" if tried is None else f"vary.{tried}", got, "a run that begins") from error
+
+
 def _told(error: ArgumentError, campaign: Campaign, settings: Mapping[str, Plain], tried: str | None) -> ArgumentError:
-    """An error by the name that the campaign has for what is wrong."""
-    own = {*settings, *campaign.recipe.settings}
-    name = next((each for each in sorted(own, key=len, reverse=True) if _is_of(error.argument, each)), tried)
-    if name is None or (tried is not None and name != tried):
-        name = tried
+    """An error by the name that the campaign has for what is wrong, and with its value."""
+    every = dict(campaign.recipe.settings) | dict(settings)
+    within = [name for name in every if re.match(rf"{re.escape(name)}\b", error.argument)]
+    name = (max(within, key=len, default=None) or blamed(error, every)) if tried is None else tried
     if name is None:
         return ArgumentError(f"scenario: {error.argument}", error.got, error.expected, error.cure)
-    place = f"vary.{name}" if name in campaign.vary else f"scenario.{name}"
-    if name == SEED and name not in campaign.vary and name not in campaign.recipe.settings:
-        place = "campaign.seed"
-    detail = error.argument[len(name) :] if error.argument.startswith(name) else f": {error.argument}"
-    value = settings[name] if name in settings else campaign.recipe.settings[name]
-    got = error.got if error.argument.startswith(name) else f"{value!r} ({error.argument} {error.got})"
-    return ArgumentError(f"{place}{detail}" if detail[:1] in ("", ".") else place, got, error.expected, error.cure)
-
-
-def _is_of(argument: str, name: str) -> bool:
-    return argument == name or argument.startswith((f"{name}.", f"{name}:"))
-
-
-def _place(campaign: Campaign, tried: str | None) -> str:
-    return "scenario" if tried is None else f"vary.{tried}"
-
-
-def _value(settings: Mapping[str, Plain], tried: str | None) -> str:
-    return "these settings" if tried is None else repr(settings[tried])
+    if name in campaign.vary:
+        place = f"vary.{name}"
+    else:
+        place = f"scenario.{name}" if name in campaign.recipe.settings or name != SEED else "campaign.seed"
+    cure = error.cure
+    drawn = isinstance(campaign.vary.get(name), Distribution) and every[name] not in campaign.vary[name].ends
+    if drawn and not isinstance(error, UnknownNameError):
+        cure = "Give the distribution ends, low and high."
+    if name in within:  # perhaps of a part of it
+        return ArgumentError(place + error.argument.removeprefix(name), error.got, error.expected, cure)
+    return ArgumentError(place, f"{every[name]!r} ({error.argument}: {error.got})", error.expected, cure)

@@ -20,6 +20,8 @@ from rumo.signals import Array
 SAMPLINGS = ("sobol", "latin-hypercube", "random")
 """How points are spread: by Sobol's sequence, of which more runs are a continuation, in a Latin hypercube, or at
 random."""
+SEED = "seed"
+"""The setting by which all that happens by chance in a drive is chosen."""
 MOST_IN_GRID = 10_000_000
 
 

@@ -7,17 +7,21 @@ import json
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from rumo.campaigns.criteria import Criterion
+from rumo.campaigns.asked import as_criterion, as_report, kpi_name
 from rumo.campaigns.distributions import Distribution
-from rumo.campaigns.sampling import SAMPLINGS, Draws, Grid
-from rumo.campaigns.work import LOGS, STEP_TIMES, TIMES
+from rumo.campaigns.reading import campaign_arguments, errors_of
+from rumo.campaigns.rehearsal import rehearse
+from rumo.campaigns.sampling import SAMPLINGS, SEED, Draws, Grid
+from rumo.campaigns.work import LOGS
 from rumo.checks import as_mapping, checked, known_names, positive_number, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.registry import CONTROLLERS
 from rumo.scenarios import Plain, Recipe
+from rumo.scenarios.files import read_tables
 from rumo.scenarios.parts import parts_of
 from rumo.studies.kpis import KPIS
 from rumo.version import __version__
@@ -25,11 +29,9 @@ from rumo.version import __version__
 FORMAT = 1
 """Of keys and rows: others do not go together."""
 MOST_RUNS = 10_000_000
-SEED, CONTROLLER = "seed", "controller"
+CONTROLLER = "controller"
 APART = 1_000_000
 """Seeds of drives in two campaigns are so far apart as their seeds, times this."""
-OTHER_KEYS = {f"step_time_{part}_us": "step_time" for part in STEP_TIMES} | {"deadline_misses": "deadline_misses"}
-"""Figures that a row has by other names: those of times."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ class Campaign:
     Raises
     ------
     ArgumentError
-        If a value cannot work. Whether all drives can begin is found out by `rumo.campaigns.rehearsal.rehearse`.
+        If a value cannot work. Whether all drives can begin is found out by `rehearse`.
     """
 
     recipe: Recipe
@@ -91,23 +93,51 @@ class Campaign:
                 raise UnknownNameError(argument, value, known)
         whole_number(self.seed, "seed", 0)
         positive_number(self.timeout, "timeout")
-        vary = {name: _varied(name, value) for name, value in as_mapping(self.vary, "vary").items()}
-        for name in (*vary, *self.recipe.settings):
-            if name == CONTROLLER:
-                raise ArgumentError(CONTROLLER, "a setting", "nothing: controllers says which drive")
-        kpis = tuple(KPIS) if self.kpis is None else tuple(_kpi(name, "kpis") for name in self.kpis)
-        criteria = {name: _criterion(name, value) for name, value in as_mapping(self.criteria, "criteria").items()}
-        of_criteria = (_kpi(each.kpi, f"criteria.{each.name}.kpi") for each in criteria.values())
+        vary = {name: _as_varied(name, value) for name, value in as_mapping(self.vary, "vary").items()}
+        for table, names in (("vary", vary), ("scenario", self.recipe.settings)):
+            if CONTROLLER in names:
+                raise ArgumentError(f"{table}.{CONTROLLER}", "something", "nothing: controllers says which drive")
+        kpis = tuple(KPIS) if self.kpis is None else tuple(kpi_name(name, "kpis") for name in self.kpis)
+        criteria = {name: as_criterion(name, value) for name, value in as_mapping(self.criteria, "criteria").items()}
+        of_criteria = (kpi_name(each.kpi, f"criteria.{each.name}.kpi") for each in criteria.values())
         own: dict[str, Any] = {
             "vary": MappingProxyType(vary),
             "controllers": tuple(self.controllers),
             "kpis": tuple(dict.fromkeys((*kpis, *of_criteria))),
             "criteria": MappingProxyType(criteria),
-            "report": MappingProxyType(_shown(self.report, vary)),
+            "report": MappingProxyType(as_report(self.report, vary)),
         }
         for name, value in own.items():
             object.__setattr__(self, name, value)
         object.__setattr__(self, "runs", self._checked_runs())
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Campaign:
+        """A campaign from a file, all of whose drives can begin.
+
+        Parameters
+        ----------
+        path : str or Path
+            Of a TOML file with tables `[campaign]`, `[scenario]`, `[vary]`, `[criteria]` and `[report]`.
+
+        Raises
+        ------
+        ArgumentError
+            If anything in it cannot work; the message names file, line and key, what is there and what could be.
+        """
+        with errors_of(path):
+            campaign = cls.of(read_tables(path), Path(path).parent)
+            campaign.rehearse()
+            return campaign
+
+    @classmethod
+    def of(cls, tables: Mapping[str, Any], folder: Path = Path()) -> Campaign:
+        """A campaign from plain data, as a file has it; names of files in it are relative to a folder."""
+        return cls(**campaign_arguments(tables, folder))
+
+    def rehearse(self) -> None:
+        """Begin drives at the extremes of all that varies; see `rumo.campaigns.rehearsal`."""
+        rehearse(self)
 
     def _checked_runs(self) -> int:
         points = Draws(self.vary, 1).points
@@ -173,7 +203,7 @@ class Campaign:
 
     @property
     def plain(self) -> dict[str, Any]:
-        """All of it as plain data, from which `rumo.campaigns.reading.campaign_of` makes it again."""
+        """All of it as plain data, from which `of` makes it again."""
         return {
             "campaign": {
                 "runs": self.runs,
@@ -228,12 +258,7 @@ class Tasks(Collection[Any]):
         return any(task == each for each in self)
 
 
-def canonical(content: Any) -> str:
-    """Plain data as a text, always the same."""
-    return json.dumps(content, sort_keys=True, separators=(",", ":"))
-
-
-def _varied(name: str, value: Any) -> Grid | Distribution:
+def _as_varied(name: str, value: Any) -> Grid | Distribution:
     if isinstance(value, Grid | Distribution):
         return value
     if isinstance(value, str | Mapping) or not isinstance(value, Collection) or not len(value):
@@ -241,33 +266,6 @@ def _varied(name: str, value: Any) -> Grid | Distribution:
     return Grid(value if isinstance(value, range) else list(value))  # pyright: ignore[reportUnknownArgumentType]
 
 
-def _kpi(key: str, argument: str) -> str:
-    """Name of a figure of merit, from its name or its key, which may have a part."""
-    known = {kpi.key: name for name, kpi in KPIS.items()} | {name: name for name in KPIS} | OTHER_KEYS
-    if not isinstance(key, str) or key.partition(".")[0] not in known:
-        raise UnknownNameError(argument, key, known)
-    return known[key.partition(".")[0]]
-
-
-def _criterion(name: str, value: Any) -> Criterion:
-    criterion = value if isinstance(value, Criterion) else Criterion.of(name, value)
-    kpi = _kpi(criterion.kpi, f"criteria.{name}.kpi")
-    head, _, part = criterion.kpi.partition(".")
-    if kpi in TIMES and head not in OTHER_KEYS:
-        raise UnknownNameError(f"criteria.{name}.kpi", criterion.kpi, OTHER_KEYS)
-    key = head if head in OTHER_KEYS else KPIS[kpi].key
-    return Criterion(name, f"{key}.{part}" if part else key, criterion.at_most, criterion.at_least)
-
-
-def _shown(report: Any, vary: Mapping[str, Any]) -> dict[str, Any]:
-    shown = as_mapping(report, "report")
-    for key in shown:
-        if key != "heat_map":
-            raise UnknownNameError(f"report.{key}", key, ("heat_map",))
-    names = shown.get("heat_map", [])
-    if not isinstance(names, list | tuple) or len(names) not in (0, 2):
-        raise ArgumentError("report.heat_map", repr(names), "two settings that vary")
-    for name in names:
-        if name not in vary:
-            raise UnknownNameError("report.heat_map", name, vary)
-    return {"heat_map": list(names)} if names else {}
+def canonical(content: Any) -> str:
+    """Plain data as a text, always the same."""
+    return json.dumps(content, sort_keys=True, separators=(",", ":"))

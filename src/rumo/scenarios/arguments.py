@@ -72,6 +72,10 @@ class Argument:
         ]
         return f"{' '.join([words, ' and '.join(limits)]).strip()}{', or none' if NoneType in self.kinds else ''}"
 
+    def takes(self, value: Plain) -> bool:
+        """Whether a value is meant for it: tables and lists are not, where it is a number or a text."""
+        return not (self.kinds and isinstance(value, Mapping | list))
+
     def checked(self, value: Plain, name: str) -> Plain:
         """A value in its proper form; anything else raises, naming the argument."""
         if isinstance(value, np.generic):

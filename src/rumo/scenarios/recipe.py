@@ -132,14 +132,15 @@ class Recipe:
             If a setting is unknown, or has a value that cannot be; the message begins with its name.
         """
         make, known = self.make, self.arguments
-        given = {name: known[name].checked(value, name) for name, value in self.settings.items() if name in known}
+        arguments = {name: value for name, value in self.settings.items() if name in known and known[name].takes(value)}
+        given = {name: known[name].checked(value, name) for name, value in arguments.items()}
         for name, argument in known.items():
             if argument.needed and name not in given:
                 raise ArgumentError(name, "nothing", f"a value: {self.base} has no default for it")
         run = make(**given)
         if not callable(getattr(run, "run", None)):
             raise ArgumentError(BASE, f"{self.base!r}, which gives {run!r}", "a rumo.Scenario, or another run")
-        others = {name: value for name, value in self.settings.items() if name not in known}
+        others = {name: value for name, value in self.settings.items() if name not in arguments}
         if not others:
             return run
         try:

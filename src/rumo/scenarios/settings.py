@@ -74,16 +74,27 @@ def changed(run: Any, settings: Mapping[str, Plain]) -> Any:
     except ArgumentError as error:
         if error.argument.startswith(tuple(settings)):
             raise
-        raise ArgumentError(_meant(error, settings), error.got, error.expected, error.cure) from None
+        name = blamed(error, settings)
+        words = f"{', '.join(settings)}: {error.argument}" if name is None else name
+        raise ArgumentError(words, error.got, error.expected, error.cure) from None
     except (TypeError, ValueError) as error:
         raise ArgumentError(", ".join(settings), repr(dict(settings)), "values that fit", str(error)) from None
 
 
-def _meant(error: ArgumentError, settings: Mapping[str, Plain]) -> str:
-    """Which of the settings an error is of that knows them by another name."""
-    words = set(re.findall(r"\w+", error.argument))
-    names = [name for name in settings if name.rpartition(".")[2] in words] or list(settings)
-    return names[0] if len(names) == 1 else f"{', '.join(names)}: {error.argument}"
+def blamed(error: ArgumentError, settings: Mapping[str, Plain]) -> str | None:
+    """Which of some settings an error is of that knows it by another name; None if that cannot be told."""
+    said = set(re.findall(r"\w+", f"{error.argument} {error.got}"))
+    shared = {name: len(said & {*name.split("."), *_keys(value)}) for name, value in settings.items()}
+    most = max(shared.values(), default=0)
+    names = [name for name, count in shared.items() if count == most]
+    return names[0] if len(names) == 1 and (most or len(settings) == 1) else None
+
+
+def _keys(value: Plain) -> set[str]:
+    """Keys of tables."""
+    if isinstance(value, Mapping):
+        return {*value}.union(*map(_keys, value.values()))
+    return set[str]().union(*map(_keys, value)) if isinstance(value, list) else set()
 
 
 @dataclass

@@ -56,7 +56,7 @@ def choices(
 
 def friction(parameters: VehicleParameters, *names: str) -> dict[str, Parameter]:
     """Road friction as parameters of a model, `mu` if no names are given; the car's own by default."""
-    return dict.fromkeys(names or ("mu",), Parameter("1", parameters.mu))
+    return dict.fromkeys(names or ("mu",), Parameter("1", parameters.mu, lower=0.0))
 
 
 def tyre_friction(mu: Any, tyre: TyreParameters, parameters: VehicleParameters) -> Any:

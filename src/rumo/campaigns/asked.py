@@ -1,0 +1,50 @@
+"""What is asked of drives: figures of merit and criteria, by names that there are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rumo.campaigns.criteria import Criterion
+from rumo.campaigns.work import STEP_TIMES, TIMES
+from rumo.checks import as_mapping
+from rumo.errors import ArgumentError, UnknownNameError
+from rumo.studies.kpis import KPIS
+
+OTHER_KEYS = {f"step_time_{part}_us": "step_time" for part in STEP_TIMES} | {"deadline_misses": "deadline_misses"}
+"""Figures that rows have by keys of their own: those of times."""
+
+
+def kpi_name(key: object, argument: str) -> str:
+    """Name of a figure of merit, from its name or its key, which may have a part; others raise, naming `argument`."""
+    known = {kpi.key: name for name, kpi in KPIS.items()} | {name: name for name in KPIS} | OTHER_KEYS
+    if not isinstance(key, str) or key.partition(".")[0] not in known:
+        keys = [kpi.key for kpi in KPIS.values()]
+        raise UnknownNameError(argument, key, KPIS if argument == "kpis" else (*keys, *OTHER_KEYS))
+    return known[key.partition(".")[0]]
+
+
+def as_criterion(name: str, value: Any) -> Criterion:
+    """A criterion of a figure that rows have, from one or from plain data."""
+    criterion = value if isinstance(value, Criterion) else Criterion.of(name, value)
+    kpi = kpi_name(criterion.kpi, f"criteria.{name}.kpi")
+    head, _, part = criterion.kpi.partition(".")
+    if kpi in TIMES and head not in OTHER_KEYS:
+        raise UnknownNameError(f"criteria.{name}.kpi", criterion.kpi, OTHER_KEYS)
+    key = head if head in OTHER_KEYS else KPIS[kpi].key
+    return Criterion(name, f"{key}.{part}" if part else key, criterion.at_most, criterion.at_least)
+
+
+def as_report(report: Any, vary: Mapping[str, Any]) -> dict[str, Any]:
+    """What a report shows besides what all do."""
+    shown = as_mapping(report, "report")
+    for key in shown:
+        if key != "heat_map":
+            raise UnknownNameError(f"report.{key}", key, ("heat_map",))
+    names = shown.get("heat_map", [])
+    if not isinstance(names, list | tuple) or len(names) not in (0, 2):
+        raise ArgumentError("report.heat_map", repr(names), "two settings that vary")
+    for name in names:
+        if name not in vary:
+            raise UnknownNameError("report.heat_map", name, vary)
+    return {"heat_map": list(names)} if names else {}
