@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rumo.studies.kpis import KPIS, Kpi
+from rumo.studies.kpis import KPIS, Driven, Kpi
+from rumo.studies.kpis.base import Value
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,7 +23,21 @@ DONE = "done"
 SEED = "seed"
 """The last part of names of settings that number what happens by chance, and do not measure anything."""
 
-BY_KEY = {kpi.key: kpi for kpi in KPIS.values()}
+
+def _of_steps(part: str, words: str) -> Kpi:
+    whole = KPIS["step_time"]
+
+    def of(drive: Driven) -> Value:
+        value = whole.of(drive)
+        return value[part] if isinstance(value, Mapping) else None
+
+    return replace(whole, name=f"{whole.name}_{part}", title=f"{whole.title}, {words}", of=of)
+
+
+PARTS = {"p50": "median", "p99": "99 %", "max": "largest"}
+"""Of times of steps, which have a column each."""
+BY_KEY = {kpi.key: kpi for kpi in (*KPIS.values(), *(_of_steps(*part) for part in PARTS.items()))}
+"""Figures of merit by the keys that they have in names of columns."""
 
 
 def column_of(key: str, columns: Iterable[str]) -> str | None:
@@ -41,10 +57,15 @@ def kpi_of(column: str) -> Kpi | None:
 
 
 def title_of(column: str) -> str:
-    """A figure of merit for readers, as within a sentence: "RMS error after 2 s", "variation a second, torque"."""
+    """A figure of merit for readers: "RMS error after 2 s", "Variation a second, torque"."""
     kpi, (name, _, part) = kpi_of(column), key_of(column).partition(".")
     title = name.replace("_", " ") if kpi is None else kpi.title
     return f"{title}, {part}" if part else title
+
+
+def inside(title: str) -> str:
+    """A title within a sentence: abbreviations such as RMS stay as they are."""
+    return title if title[:2].isupper() else title[:1].lower() + title[1:]
 
 
 def unit_of(column: str) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rumo.campaigns.columns import DONE, KPI, RUN, column_of, done, numbers, title_of, unit_of
+from rumo.campaigns.columns import DONE, KPI, RUN, column_of, done, inside, numbers, title_of, unit_of
 from rumo.checks import finite_number, printable
 from rumo.errors import ArgumentError, UnknownNameError
 
@@ -105,7 +105,7 @@ class Criterion:
             for words, limit in (("at least", self.at_least), ("at most", self.at_most))
             if limit is not None
         ]
-        return f"{_inside(title)} {' and '.join(parts)}" + (f" {unit}" if unit else "")
+        return f"{inside(title)} {' and '.join(parts)}" + (f" {unit}" if unit else "")
 
     def why(self, row: Mapping[str, Any]) -> str:
         """Why a run fails, in a few words; nothing if it passes.
@@ -138,8 +138,3 @@ class Criterion:
         """How far each run is beyond the nearer limit (n,), negative within; NaN where the figure is not known."""
         values = self.values(rows)
         return np.fmax(self.lower - values, values - self.upper)
-
-
-def _inside(title: str) -> str:
-    """A title within a sentence: abbreviations such as RMS stay as they are."""
-    return title if title[:2].isupper() else title[:1].lower() + title[1:]

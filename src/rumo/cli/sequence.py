@@ -18,7 +18,7 @@ from rumo.interrupts import EXIT_CODE, interruptible
 from rumo.report.contents import Report
 
 if TYPE_CHECKING:
-    from rumo.report.charts import Chart, Panels
+    from rumo.report.charts import Figure
     from rumo.studies.base import Key, Study
 
 RESULTS = "results.jsonl"
@@ -151,7 +151,7 @@ def _write(study: Study, results: dict[Key, Any], stopped: BaseException | None,
     return report
 
 
-def _draw(figures: Sequence[Chart | Panels], folder: Path, told: Told) -> None:
+def _draw(figures: Sequence[Figure], folder: Path, told: Told) -> None:
     from rumo.report.figures import write_figures
 
     for i, figure in enumerate(figures):

@@ -123,6 +123,8 @@ class Panels(Content):
         Panels in a row, at most.
     names : tuple of (float, str)
         What stands at places of the y axis, in place of numbers.
+    logarithmic_x : tuple of int
+        Panels whose x axis is logarithmic, where not all are.
     """
 
     panels: tuple[tuple[str, tuple[Line, ...]], ...]
@@ -131,6 +133,12 @@ class Panels(Content):
     height: float = 1.45
     across: int = COLUMNS
     names: tuple[tuple[float, str], ...] = ()
+    logarithmic_x: tuple[int, ...] = ()
+
+    @property
+    def points(self) -> bool:
+        """Whether there are points only, which have nothing in common with those above and below them."""
+        return all(not line.look.dash for _, lines in self.panels for line in lines if len(line.x) > 2)
 
     @property
     def columns(self) -> int:
@@ -148,8 +156,59 @@ class Panels(Content):
         return "y" not in self.logarithmic and all((line.y >= 0.0).all() for _, lines in self.panels for line in lines)
 
 
+@dataclass(frozen=True)
+class Axis:
+    """An axis of a heat map: what stands below its cells, or between them.
+
+    Attributes
+    ----------
+    label : str
+        With a unit.
+    ticks : tuple of str
+        One for each cell; or one more than there are cells, for the edges between them.
+    """
+
+    label: str
+    ticks: tuple[str, ...]
+
+    def places(self, cells: int) -> Array:
+        """Where the ticks stand, with the cells' centres at 0, 1, 2..."""
+        return np.arange(len(self.ticks)) - (0.5 if len(self.ticks) > cells else 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeatMap(Content):
+    """Values over two axes, as colours, in panels side by side.
+
+    Attributes
+    ----------
+    panels : tuple of (str, Array, Array)
+        Title, values (ny, nx), NaN where there are none, and how many runs each is of (ny, nx).
+    x, y : Axis
+        Of all panels.
+    label : str
+        What the values are, with a unit.
+    span : tuple of float
+        Values with the first and the last colour.
+    height : float
+        In print [inch].
+    """
+
+    panels: tuple[tuple[str, Array, Array], ...]
+    x: Axis
+    y: Axis
+    label: str
+    span: tuple[float, float]
+    height: float = 3.6
+
+
+Figure = Chart | Panels | HeatMap
+"""What can be drawn."""
+
 MARKS = ("dash", "dot", "dashdot")
 """Of a histogram's markers, in their order."""
+SMALLEST = 1e-300
+"""Width of a span that has none."""
 SCALE = "viridis"
 """Of colours: as bright as the values are high, for everybody."""
 
@@ -160,3 +219,9 @@ def bins(samples: Array, markers: Sequence[tuple[float, str]]) -> Array:
     low, high = float(every.min()), float(every.max())
     first, last = np.floor(np.log10(low) * 10.0) / 10.0, np.ceil(np.log10(high) * 10.0) / 10.0
     return np.logspace(first, last, 1 + round((last - first) * 25))
+
+
+def on_color(value: float, span: tuple[float, float]) -> str:
+    """Colour of text on a colour of the scale: white on dark ones."""
+    share = (value - span[0]) / max(span[1] - span[0], SMALLEST)
+    return "#ffffff" if share < 0.6 else "#000000"

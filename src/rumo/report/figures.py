@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rumo.files import write_whole
-from rumo.report.charts import LIMIT, MARKS, SCALE, Chart, Colored, Line, Panels, bins
+from rumo.report.charts import LIMIT, MARKS, SCALE, Chart, Colored, HeatMap, Line, Panels, bins, on_color
+from rumo.report.charts import Figure as Content
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,8 +52,10 @@ STYLE: Any = {
 }
 
 
-def draw(content: Chart | Panels) -> Figure:
-    """Draw a chart or panels; the caller saves it."""
+def draw(content: Content) -> Figure:
+    """Draw a chart, panels or a heat map; the caller saves it."""
+    if isinstance(content, HeatMap):
+        return _draw_heat_map(content)
     return _draw_panels(content) if isinstance(content, Panels) else _draw_chart(content)
 
 
@@ -113,6 +116,8 @@ def _draw_panels(content: Panels) -> Figure:
                 axes.set_yticks(places, names)
                 axes.set_ylim(min(places) - 0.7, max(places) + 0.7)
             _scale(axes, content)
+        for i in content.logarithmic_x:
+            _scale_axis(grid.flat[i], "x")
         if content.from_zero:
             for axes in grid.flat[: len(content.panels)]:
                 axes.set_ylim(bottom=0.0)
@@ -133,6 +138,34 @@ def _draw_panels(content: Panels) -> Figure:
         return figure
 
 
+def _draw_heat_map(content: HeatMap) -> Figure:
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context({**STYLE, "axes.grid": False}):
+        figure = Figure(figsize=(7.0, content.height), layout="constrained")
+        grid = figure.subplots(1, len(content.panels), sharex=True, sharey=True, squeeze=False)
+        low, high = content.span
+        mesh: Any = None
+        for axes, (title, values, _) in zip(grid.flat, content.panels, strict=True):
+            rows, cells = values.shape
+            mesh = axes.pcolormesh(
+                np.arange(cells + 1) - 0.5, np.arange(rows + 1) - 0.5, values, cmap=SCALE, vmin=low, vmax=high
+            )
+            for y, x in zip(*np.nonzero(np.isfinite(values)), strict=True):
+                value = float(values[y, x])
+                color = on_color(value, content.span)
+                axes.text(x, y, f"{value:.3g}", ha="center", va="center", fontsize=8, color=color)
+            axes.set_xticks(content.x.places(cells), content.x.ticks)
+            axes.set_yticks(content.y.places(rows), content.y.ticks)
+            axes.set_title(title, fontsize=10, loc="left")
+        grid[0, 0].set_ylabel(content.y.label)
+        figure.supxlabel(content.x.label, fontsize=10)
+        figure.colorbar(mesh, ax=list(grid.flat), label=content.label)
+        figure.suptitle(content.title, fontsize=11)
+        return figure
+
+
 def forget_unless_windows(figure: Figure) -> None:
     """Let pyplot forget a figure of its own where it could never show it: it would keep it for the whole process."""
     import matplotlib.pyplot as plt
@@ -144,16 +177,20 @@ def forget_unless_windows(figure: Figure) -> None:
 
 
 def _scale(axes: Any, content: Chart | Panels) -> None:
+    for name in content.logarithmic:
+        _scale_axis(axes, name)
+
+
+def _scale_axis(axes: Any, name: str) -> None:
     from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-    for name in content.logarithmic:
-        getattr(axes, f"set_{name}scale")("log")
-        axis = getattr(axes, f"{name}axis")
-        low, high = axis.get_view_interval()
-        if np.log10(high / low) < FEW_DECADES:  # powers of ten alone would be too few
-            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-            axis.set_major_formatter(FormatStrFormatter("%g"))
-        axis.set_minor_formatter(NullFormatter())
+    getattr(axes, f"set_{name}scale")("log")
+    axis = getattr(axes, f"{name}axis")
+    low, high = axis.get_view_interval()
+    if np.log10(high / low) < FEW_DECADES:  # powers of ten alone would be too few
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(FormatStrFormatter("%g"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _add_colored(figure: Figure, axes: Any, curve: Colored) -> None:
@@ -182,7 +219,7 @@ def _add(axes: Any, line: Line) -> None:
     )
 
 
-def write_figures(contents: Iterable[Chart | Panels], folder: Path) -> list[Path]:
+def write_figures(contents: Iterable[Content], folder: Path) -> list[Path]:
     """Write each as PNG and PDF; the paths written."""
     paths: list[Path] = []
     for content in contents:

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from rumo.files import write_whole
-from rumo.report.charts import Chart, Panels
-from rumo.report.contents import Report
+from rumo.report.charts import Figure
+from rumo.report.contents import Beside, Command, Folded, Item, Report
 from rumo.report.plots import narrow_layout, plot, template
 from rumo.report.tables import Table
 
@@ -29,7 +29,14 @@ table { border-collapse: collapse; width: 100%; font-size: .94rem; font-variant-
 th, td { text-align: right; padding: .3rem .5rem; border-bottom: 1px solid #d8dee4; white-space: nowrap; }
 th { white-space: pre-line; vertical-align: bottom; }
 .words { text-align: left; } td.words { white-space: normal; min-width: 7rem; }
-.scroll { overflow-x: auto; /* a shadow as long as there is more to the right */
+pre { background: #f6f8fa; border: 1px solid #d8dee4; border-radius: .3rem; padding: .5rem .8rem; overflow-x: auto;
+  font: .88rem/1.45 ui-monospace, monospace; }
+details { border-bottom: 1px solid #d8dee4; padding: .5rem 0; }
+summary { cursor: pointer; font-weight: 600; } details > :nth-child(2) { margin-top: .6rem; }
+details figure { margin: .75rem 0; }
+.beside { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(24rem, 100%), 1fr)); gap: 0 1.5rem; }
+.beside figure { min-width: 0; }
+.scroll { margin: 1rem 0; overflow-x: auto; /* a shadow as long as there is more to the right */
   background: linear-gradient(to left, #fff 50%, #fff0) right / 3rem 100% no-repeat local,
     linear-gradient(to left, #0003, #0000) right / .8rem 100% no-repeat scroll; }
 @media (max-width: 640px) {
@@ -40,6 +47,15 @@ th { white-space: pre-line; vertical-align: bottom; }
 SCRIPT = """
 const narrow = matchMedia("(max-width: %dpx)"), figures = [];
 function show(id, figure, changes) {
+  if (document.readyState == "loading") {  // how much room there is shows when all is there
+    addEventListener("DOMContentLoaded", () => show(id, figure, changes));
+    return;
+  }
+  const folded = document.getElementById(id).closest("details:not([open])");
+  if (folded) {  // in which there is no room yet
+    folded.addEventListener("toggle", () => show(id, figure, changes), {once: true});
+    return;
+  }
   const layout = {...figure.layout, template}, before = {};
   for (const key in changes) before[key] = key.split(".").reduce((part, name) => part?.[name], layout) ?? null;
   Plotly.newPlot(id, figure.data, layout, {displaylogo: false, responsive: true,
@@ -61,7 +77,7 @@ def write_page(path: Path, report: Report) -> None:
     report : Report
         What it shows.
     """
-    # Lines and bars are all that is drawn: Plotly's basic bundle, a quarter of the whole.
+    # Lines, points and bars are all that is drawn: Plotly's basic bundle, a quarter of the whole.
     plotly = files("rumo.report").joinpath("assets", "plotly-basic.min.js").read_text(encoding="utf-8")
     warning = f'<p class="warning">{escape(report.warning)}</p>' if report.warning else ""
     body = "\n".join(
@@ -86,10 +102,22 @@ def figures_of(path: Path) -> list[str]:
     return re.findall(r'<div id="([\w-]+)" class="plotly-graph-div"></div>', html)
 
 
-def _html(content: str | Table | Chart | Panels) -> str:
-    if isinstance(content, str):
-        return f"<p>{escape(content)}</p>"
-    return _table(content) if isinstance(content, Table) else _figure(content)
+def _html(content: Item) -> str:
+    match content:
+        case str():
+            return f"<p>{escape(content)}</p>"
+        case Table():
+            return _table(content)
+        case Command():
+            return f"<pre><code>{escape(content.text)}</code></pre>"
+        case Beside():
+            return f'<div class="beside">{"".join(map(_html, content.content))}</div>'
+        case Folded():
+            inside = "\n".join(map(_html, content.content))
+            opened = " open" if content.open else ""
+            return f"<details{opened}><summary>{escape(content.heading)}</summary>\n{inside}</details>"
+        case _:
+            return _figure(content)
 
 
 def _table(table: Table) -> str:
@@ -102,7 +130,7 @@ def _table(table: Table) -> str:
     return f'<div class="scroll"><table>{head}<tbody>{body}</tbody></table></div>'
 
 
-def _figure(content: Chart | Panels) -> str:
+def _figure(content: Figure) -> str:
     figure = plot(content)
     data, narrow = _script(figure.to_json()), _json(narrow_layout(content, figure))
     return f"""<figure><figcaption>{escape(content.title)}</figcaption>

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rumo.report.charts import LIMIT, MARKS, SCALE, Chart, Colored, Line, Panels, bins
+from rumo.report.charts import LIMIT, MARKS, SCALE, Chart, Colored, Figure, HeatMap, Line, Panels, bins, on_color
 
 WIDE, NARROW = 740, 330
 """Widths that legends must do with [px]."""
@@ -16,8 +16,10 @@ CHART, PRINTED, ROW = 330, 3.6, 135
 """Height of a chart [px] that is so high in print [inch], and of a row of panels for each inch [px]."""
 
 
-def plot(content: Chart | Panels) -> Any:
-    """A chart or panels as a Plotly figure."""
+def plot(content: Figure) -> Any:
+    """A chart, panels or a heat map as a Plotly figure."""
+    if isinstance(content, HeatMap):
+        return _plot_heat_map(content)
     return _plot_panels(content) if isinstance(content, Panels) else _plot_chart(content)
 
 
@@ -28,7 +30,7 @@ def template() -> dict[str, Any]:
     return plotly.io.templates["plotly_white"].to_plotly_json()
 
 
-def narrow_layout(content: Chart | Panels, figure: Any) -> dict[str, Any]:
+def narrow_layout(content: Figure, figure: Any) -> dict[str, Any]:
     """Changes of a figure's layout on a narrow screen: panels below each other, labels in less room."""
     names = [trace.name for trace in figure.data if trace.showlegend is not False]
     margins = {"l": 64, "r": 10, "t": figure.layout.margin.t, "b": BELOW + _legend_height(names, NARROW)}
@@ -116,6 +118,10 @@ def _plot_panels(content: Panels) -> Any:
         square = {"symbol": "square", "size": 12, "color": LIMIT.color}
         figure.add_scatter(x=[None], y=[None], name=content.shaded[2], mode="markers", marker=square, opacity=0.15)
     _scale(figure, content)
+    for i in content.logarithmic_x:
+        figure.update_xaxes(
+            type="log", exponentformat="power", row=i // content.columns + 1, col=i % content.columns + 1
+        )
     figure.update_xaxes(showticklabels=True)
     if content.names:
         places, names = zip(*content.names, strict=True)
@@ -123,10 +129,66 @@ def _plot_panels(content: Panels) -> Any:
     if content.from_zero:
         figure.update_yaxes(rangemode="tozero")
     _lay_out(figure, round(ROW * content.height * content.rows))
-    figure.update_layout(hovermode="x unified", legend_traceorder="reversed", height=figure.layout.height + 14)
+    figure.update_layout(
+        hovermode="closest" if content.points else "x unified",
+        legend_traceorder="reversed",
+        height=figure.layout.height + 14,
+    )
     figure.update_layout(margin_t=TOP + 14)
     figure.update_annotations(font_size=13)
     figure.update_annotations({"xshift": -50}, selector={"text": content.y_label})  # beside the widest ticks
+    return figure
+
+
+def _plot_heat_map(content: HeatMap) -> Any:
+    """Cells are bars: they need no more of Plotly than other figures."""
+    import plotly.subplots
+
+    subplots: Any = plotly.subplots.make_subplots
+    columns = len(content.panels)
+    figure = subplots(
+        1,
+        columns,
+        shared_yaxes=True,
+        subplot_titles=[title for title, _, _ in content.panels],
+        x_title=content.x.label,
+        horizontal_spacing=0.04,
+    )
+    for i, (_, values, counts) in enumerate(content.panels):
+        y, x = np.nonzero(np.isfinite(values))
+        found = values[y, x]
+        figure.add_bar(
+            x=x,
+            y=np.ones(len(x)),
+            base=y - 0.5,
+            width=1.0,
+            marker={"color": found, "coloraxis": "coloraxis", "line": {"color": "#ffffff", "width": 1}},
+            text=[f"{value:.3g}" for value in found],
+            textposition="inside",
+            insidetextanchor="middle",
+            textangle=0,
+            insidetextfont={"color": [on_color(value, content.span) for value in found]},
+            customdata=counts[y, x],
+            hovertemplate="%{text}, of %{customdata} runs<extra></extra>",
+            showlegend=False,
+            row=1,
+            col=i + 1,
+        )
+    rows, cells = content.panels[0][1].shape
+    ticks = {"showgrid": False, "zeroline": False}
+    figure.update_xaxes(tickvals=content.x.places(cells), ticktext=content.x.ticks, range=[-0.5, cells - 0.5], **ticks)
+    figure.update_yaxes(tickvals=content.y.places(rows), ticktext=content.y.ticks, range=[-0.5, rows - 0.5], **ticks)
+    figure.update_yaxes(title=content.y.label, automargin=True, col=1)
+    low, high = content.span
+    scale = {
+        "colorscale": SCALE,
+        "cmin": low,
+        "cmax": high,
+        "colorbar": {"title": {"text": content.label, "side": "right"}},
+    }
+    _lay_out(figure, round(CHART * content.height / PRINTED))
+    figure.update_layout(barmode="overlay", bargap=0, coloraxis=scale, hovermode="closest", margin_t=TOP + 14)
+    figure.update_annotations(font_size=13)
     return figure
 
 

@@ -1,0 +1,57 @@
+"""The report of a campaign, from its rows."""
+
+from __future__ import annotations
+
+from rumo.campaigns.report.dependence import dependences
+from rumo.campaigns.report.failures import failures_section, made_with
+from rumo.campaigns.report.headline import headline
+from rumo.campaigns.report.heat import heat_map
+from rumo.campaigns.report.pairs import pairs
+from rumo.campaigns.report.spread import spreads
+from rumo.campaigns.report.worst import worst_runs
+from rumo.campaigns.results import Results
+from rumo.campaigns.summary import summary
+from rumo.report.contents import Report
+from rumo.report.tables import number
+from rumo.studies.looks import label
+
+
+def report(results: Results) -> Report:
+    """Sentences, tables and figures of what came of a campaign, and its summary.
+
+    Parameters
+    ----------
+    results : Results
+        Its rows, criteria and logs; at least one row.
+    """
+    content = summary(results)
+    found = [
+        headline(content, results),
+        worst_runs(content, results),
+        spreads(content, results),
+        dependences(content, results),
+        heat_map(content, results),
+        pairs(content, results),
+        failures_section(content),
+        made_with(content, results),
+    ]
+    sections = [section for section in found if section is not None]
+    return Report(f"Campaign {results.name}", _lead(results), content, sections, _warning(results))
+
+
+def _lead(results: Results) -> str:
+    names = [label(name) for name in results.controllers]
+    drivers = f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else names[0]
+    draws = len(set(results.rows["draw"]))
+    each = "each driven by" if draws > 1 else "driven by"
+    varied = f"; what varies: {', '.join(results.varied)}" if results.varied else ""
+    return f"{number(draws)} {'draws' if draws > 1 else 'draw'}, {each} {drivers}{varied}."
+
+
+def _warning(results: Results) -> str:
+    if results.asked is None or results.asked <= len(results.rows):
+        return ""
+    return (
+        f"Incomplete: {number(len(results.rows))} of {number(results.asked)} runs are done. "
+        "Start the campaign again to go on."
+    )

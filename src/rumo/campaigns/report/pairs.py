@@ -1,0 +1,137 @@
+"""Two controllers on the same draws: what chance gives both of them is taken out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from rumo.campaigns.columns import inside, key_of, title_of, unit_of, with_unit
+from rumo.campaigns.report.looks import COLORS, slim
+from rumo.campaigns.report.spread import wide
+from rumo.campaigns.report.words import ends, percent
+from rumo.campaigns.results import Results
+from rumo.report.charts import REFERENCE, Line, Look, Panels
+from rumo.report.contents import Item, Section
+from rumo.report.tables import Table, number
+from rumo.studies.looks import label
+
+POINTS = 800
+"""Draws in a panel, at most."""
+BETTER = ("first_better", "second_better")
+MARK = Look(COLORS[0], "", 1.0, "circle", 3.4)
+
+
+def pairs(content: Mapping[str, Any], results: Results) -> Section | None:
+    """Each two controllers; None if there is one alone."""
+    if not content["comparisons"]:
+        return None
+    items: list[Item] = []
+    for found in content["comparisons"]:
+        names = label(found["first"]), label(found["second"])
+        items += compared_items(found, names, "draws")
+    if results.leading is not None:
+        items.append(pairs_panels(results, results.leading))
+    return Section("Controllers on the same draws", items, brief=True)
+
+
+def compared_items(found: Mapping[str, Any], names: tuple[str, str], what: str) -> list[Item]:
+    """Sentences and tables of runs of two kinds that are paired."""
+    if not found["draws"]:
+        return [f"{names[0]} and {names[1]} have no {what} in common."]
+    items: list[Item] = [*_sentences(found, names, what)]
+    if found["criteria"]:
+        items.append(discordance_table(found, names))
+    if found["kpis"]:
+        items.append(differences_table(found, names))
+    return items
+
+
+def _sentences(found: Mapping[str, Any], names: tuple[str, str], what: str) -> list[str]:
+    for key, each in found["kpis"].items():
+        if each["interval"] is None or each["first_better"] is None:
+            continue
+        unit = f" {unit_of(key)}" if unit_of(key) else ""
+        low, high = each["interval"]
+        better = [f"{name} is better in {percent(each[part])} %" for name, part in zip(names, BETTER, strict=True)]
+        sure = "which chance may explain" if low <= 0.0 <= high else "which chance does not explain"
+        return [
+            f"{names[0]} less {names[1]}, {inside(title_of(key))}: {_signed(each['mean'])}{unit} on average of "
+            f"{number(each['pairs'])} {what}, 95 % interval {ends(each['interval'])}{unit}, {sure}. "
+            f"{' of them, '.join(better)}."
+        ]
+    return []
+
+
+def discordance_table(found: Mapping[str, Any], names: tuple[str, str]) -> Table:
+    """How many draws both pass, one of them alone, or neither."""
+    rows = [
+        [name, *(number(each[part]) for part in ("both", "first", "second", "neither")), chance(each["chance"])]
+        for name, each in found["criteria"].items()
+    ]
+    heads = ["Criterion", "Both pass", f"{names[0]}\nalone", f"{names[1]}\nalone", "Neither", "So unequal\nby chance"]
+    return Table(heads, rows)
+
+
+def chance(share: float) -> str:
+    """A probability for readers."""
+    return "< 0.001" if share < 1e-3 else f"{share:.3f}"
+
+
+def differences_table(found: Mapping[str, Any], names: tuple[str, str]) -> Table:
+    """Differences of figures of merit, those of criteria first."""
+    rows = [
+        [
+            f"{title_of(key)} [{unit_of(key)}]" if unit_of(key) else title_of(key),
+            number(each["pairs"]),
+            _signed(each["mean"]),
+            ends(each["interval"]),
+            _signed(each["median"]),
+            percent(each["first_better"]),
+            percent(each["second_better"]),
+        ]
+        for key, each in found["kpis"].items()
+        if each["pairs"]
+    ]
+    heads = [
+        f"{names[0]} less {names[1]}",
+        "Pairs",
+        "Mean",
+        "95 % interval",
+        "Median",
+        f"{names[0]}\nbetter [%]",
+        f"{names[1]}\nbetter [%]",
+    ]
+    return Table(heads, rows)
+
+
+def _signed(value: float | None) -> str:
+    return "-" if value is None else ("+" if value > 0.0 else "") + number(value)
+
+
+def pairs_panels(results: Results, column: str) -> Panels:
+    """Each draw as a point: what it is with one controller over what it is with the other."""
+    values = results.values(column)
+    panels: list[tuple[str, tuple[Line, ...]]] = []
+    for first, second in combinations(results.controllers, 2):
+        one, other = (values[rows] for rows in results.pairs(first, second))
+        known = np.flatnonzero(np.isfinite(one) & np.isfinite(other))
+        if len(known) > POINTS:
+            known = np.sort(np.random.default_rng(0).choice(known, POINTS, replace=False))
+        x, y = slim(other[known]), slim(one[known])
+        both = np.r_[x, y]
+        span = np.array([both.min(), both.max()]) if both.size else np.empty(0)
+        lines = (Line("Both the same", span, span, REFERENCE), Line("A draw", x, y, MARK))
+        panels.append((f"{label(first)} over {label(second)}", lines))
+    return Panels(
+        f"pairs-{key_of(column).replace('.', '-')}",
+        f"{with_unit(column)} of each draw, by two controllers",
+        with_unit(column),
+        with_unit(column),
+        tuple(panels),
+        shared="xy",
+        height=2.6,
+        logarithmic="xy" if wide(values) else "",
+    )
