@@ -9,6 +9,7 @@
 #include "curve.h"
 #include "filter.h"
 #include "guard.h"
+#include "integrator.h"
 #include "qp.h"
 
 using namespace nb::literals;
@@ -68,6 +69,13 @@ NB_MODULE(_core, module) {
         .def("covariance", &Filter::covariance)
         .def("advance", &Filter::advance)
         .def("linearise", &Filter::linearise);
+    nb::class_<Integrator>(module, "Integrator")
+        .def(nb::init<nb::dict>(), "description"_a)
+        .def("reset", &Integrator::reset)
+        .def("advance", &Integrator::advance)
+        .def("algebraic", &Integrator::algebraic)
+        .def("seek", &Integrator::seek)
+        .def("work", &Integrator::work);
     nb::class_<Curve>(module, "Curve")
         .def(nb::init<nb::handle, nb::handle, nb::handle, int, int, int>(), "breaks"_a, "coefficients"_a, "shift"_a.none(),
              "pieces"_a, "values"_a, "order"_a)

@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Changes whenever a struct of this file does. */
-#define RUMO_CORE_VERSION 16
+#define RUMO_CORE_VERSION 17
 
 /* What the failure policy goes by; methods outside the core read these too. */
 #define RUMO_GATE_STAGES 15       /* over which the gate asks how far a state can go: over a long horizon, anywhere */
@@ -181,6 +181,24 @@ typedef struct rumo_qp_result {
     double factor_seconds; /* and of taking over the data and factoring the Hessian */
 } rumo_qp_result;
 
+/* A system integrated over time, see integrate/advance.c. */
+typedef struct rumo_integrator rumo_integrator;
+
+/* How an integration ended. */
+typedef enum rumo_ending {
+    RUMO_ARRIVED,
+    RUMO_NO_VALUE, /* the model, or what it is told, has no finite value where it begins */
+    RUMO_NO_ROOT,  /* no algebraic variables were found there */
+    RUMO_TOO_SHORT,
+    RUMO_TOO_MANY, /* steps */
+    RUMO_ENDING_COUNT
+} rumo_ending;
+
+/* What an integrator has done since it was made. */
+typedef struct rumo_work {
+    long long steps, rejected, rates, jacobians, factors, solutions; /* rates: evaluations, of up to three points each */
+} rumo_work;
+
 /* A curve in pieces, see curve/pieces.c. Its arrays are the caller's, and only read, by any number of threads. */
 typedef struct rumo_curve {
     int pieces, values, order;  /* at least 1 each */
@@ -273,6 +291,19 @@ typedef struct rumo_api {
     /* The state x (n,) after a step, in place, with its derivatives A (n, n), outputs y (m,) there and theirs H (m, n) by that
      * state; 0 if the model has no finite value there. */
     int (*filter_linearise)(rumo_filter *, double *x, const double *u, const double *p, double *A, double *y, double *H);
+    /* An integrator of a system, in memory of integrator_size bytes. */
+    rumo_fault (*system_check)(const rumo_system *);
+    size_t (*integrator_size)(const rumo_system *);
+    rumo_integrator *(*integrator_create)(const rumo_system *, void *memory);
+    void (*integrator_reset)(rumo_integrator *); /* to what it was when it was made, but for the work */
+    /* The state x (nx,) after a duration [s], with inputs u (nu,) and parameters p held, into `end` unless it fails. It goes on
+     * where it ended: with step, Jacobian and solution of before, which another state makes it forget. Algebraic variables are
+     * looked for near where they were last. */
+    rumo_ending (*integrator_advance)(rumo_integrator *, const double *x, const double *u, const double *p, double duration,
+                                      double *end);
+    const double *(*integrator_algebraic)(const rumo_integrator *); /* (nz,): where they were last */
+    void (*integrator_seek)(rumo_integrator *, const double *z);    /* look for them near these from now on */
+    const rumo_work *(*integrator_work)(const rumo_integrator *);
     /* Values (values, count) of a curve at arguments s (count,), NaN where these are not finite. */
     void (*curve_at)(const rumo_curve *, const double *s, ptrdiff_t count, double *values);
     /* The argument from `low` to `high` where values 0 and 1, to which no lap adds anything, are nearest to x, y; NaN where

@@ -214,6 +214,23 @@
     DOUBLES(width, 1, 1, RUMO_PRICE)                  /* of the gate, in deviations; infinite for none */  \
     COUNT(patience, 0)                                /* refusals in a row until a measurement is believed */
 
+/* A system in semi-explicit form, xdot = f(x, z, u, p) and 0 = g(x, z, u, p), that is integrated over time.
+ *
+ * Tapes have the arguments of a substep: states for 1, inputs, parameters, algebraic variables for 4. Slots are (f, g), then
+ * the nonzeros of its Jacobian J by (x, z), the diagonal of the states among them. The factors are those of a matrix whose
+ * nonzeros are J's; of no unknowns where it is to be a dense one. */
+#define RUMO_SYSTEM_TABLE(COUNT, INTS, DOUBLES, STRUCT)                                                   \
+    STRUCT(rumo_sizes, sizes)                                                                             \
+    STRUCT(rumo_tape, rates)    /* f and g, */                                                            \
+    STRUCT(rumo_tape, jacobian) /* and these with J */                                                    \
+    DOUBLES(fixed, s->slots, 1, RUMO_FREE) /* terms that are constant; NaN where a tape computes */       \
+    STRUCT(rumo_pattern, J)                                                                               \
+    STRUCT(rumo_factor, factor)                                                                           \
+    DOUBLES(scales, s->states + s->algebraic, 1, RUMO_POSITIVE) /* below which a variable matters less */ \
+    DOUBLES(algebraic_guess, s->algebraic, 1, RUMO_FINITE)                                                \
+    DOUBLES(tolerance, 1, 1, RUMO_POSITIVE) /* relative, and absolute in units of the scales */           \
+    COUNT(fixed_steps, 0)                   /* how many equal ones; 0 of an adaptive method */
+
 /* All tables that consist of these kinds of members, in an order in which each comes after those it is made of. */
 #define RUMO_TABLES(TABLE)                          \
     TABLE(rumo_tape, RUMO_TAPE_TABLE)               \
@@ -228,7 +245,8 @@
     TABLE(rumo_numbers, RUMO_NUMBERS_TABLE)         \
     TABLE(rumo_problem, RUMO_PROBLEM_TABLE)         \
     TABLE(rumo_guard_data, RUMO_GUARD_TABLE)        \
-    TABLE(rumo_filter_data, RUMO_FILTER_TABLE)
+    TABLE(rumo_filter_data, RUMO_FILTER_TABLE)      \
+    TABLE(rumo_system, RUMO_SYSTEM_TABLE)
 
 /* What the numbers of an array must be. */
 typedef enum rumo_rule {

@@ -20,6 +20,7 @@
 #include "curve/when.c"
 #include "estimate/filter.c"
 #include "guard/alone.c"
+#include "integrate/advance.c"
 #include "solve/active_set/program.c"
 #else /* what a build for one problem has no use for: the portable one has it */
 #define check_problem NULL
@@ -46,6 +47,14 @@
 #define filter_covariance NULL
 #define filter_advance NULL
 #define filter_linearise NULL
+#define check_system NULL
+#define integrator_size NULL
+#define create_integrator NULL
+#define reset_integrator NULL
+#define advance_integrator NULL
+#define algebraic_variables NULL
+#define seek_algebraic NULL
+#define integrator_work NULL
 #define curve_at NULL
 #define curve_nearest NULL
 #define curve_when NULL
@@ -115,6 +124,14 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     filter_covariance,
     filter_advance,
     filter_linearise,
+    check_system,
+    integrator_size,
+    create_integrator,
+    reset_integrator,
+    advance_integrator,
+    algebraic_variables,
+    seek_algebraic,
+    integrator_work,
     curve_at,
     curve_nearest,
     curve_when,

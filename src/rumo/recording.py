@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache, partial
 from typing import Any
 
@@ -10,9 +11,12 @@ import numpy as np
 
 from rumo.kernel.description import MATRICES, VECTORS, StageProgram
 from rumo.kernel.optimise import optimised
+from rumo.kernel.system import SystemProgram
 from rumo.kernel.tape import OPERATIONS, Tape
+from rumo.model import Model
 from rumo.nominal import newton_matrices
 from rumo.problem import Problem
+from rumo.signals import Array
 from rumo.transcription import Transcription
 
 OF_ENDS = ("y", "Cx", "Cu", "G", "D", "E")
@@ -33,10 +37,14 @@ _CODES = {getattr(ca, casadi_name): OPERATIONS.index(name) for name, casadi_name
 
 def missing_operation(problem: Problem) -> str | None:
     """An operation of a problem's model, outputs or constraints that the core lacks; None if it has them all."""
-    model = problem.model
-    arguments = model.xz, model.u, model.p
     rows = [*problem.output_rows, *(constraint.expression for constraint in problem.constraints)]
-    function = ca.Function("model", arguments, [ca.vertcat(model.f(*arguments), model.g(*arguments), *rows)])
+    return missing_in_model(problem.model, *rows)
+
+
+def missing_in_model(model: Model, *others: Any) -> str | None:
+    """An operation of a model, and of other expressions of its symbols, that the core lacks; None if it has them all."""
+    arguments = model.xz, model.u, model.p
+    function = ca.Function("model", arguments, [ca.vertcat(model.f(*arguments), model.g(*arguments), *others)])
     for i in range(function.n_instructions()):
         if function.instruction_id(i) not in _CODES:
             return next(
@@ -82,18 +90,48 @@ def stage_program(transcription: Transcription) -> StageProgram:
             positions[name] = list(zip(rows, columns, strict=True))
             entries += transposed.nonzeros()
         inside += [name not in OF_ENDS] * (len(entries) - len(inside))
-    fixed = np.array([float(entry) if entry.is_constant() else np.nan for entry in entries])
-    fixed[np.isinf(fixed)] = np.nan  # the tape computes it, and all that it computes is checked
+    fixed = _constants(entries)
     varying = np.isnan(fixed)
 
     def tape(slots: np.ndarray) -> Tape:
-        outputs = ca.vertcat(*(entries[slot] for slot in slots))
-        program = record(ca.Function("stage", transcription.arguments, [ca.cse(outputs)]))
-        written = program.code[:, 0] == OPERATIONS.index("output")
-        program.code[written, 1] = slots[program.code[written, 1]]
-        return optimised(program)
+        return _tape(transcription.arguments, entries, slots)
 
     alone = transcription.discretization.substeps == 1
     inner = None if alone else tape(np.flatnonzero(varying & inside))
     samples = cache(partial(newton_matrices, transcription))
     return StageProgram(tape(np.flatnonzero(varying)), inner, fixed, first, positions, samples)
+
+
+def system_program(model: Model) -> SystemProgram:
+    """The right-hand side of a model for the C core, whose operations must be known to it."""
+    nx, nz = len(model.states), len(model.algebraic)
+    arguments = [ca.SX(0, 1), model.x, model.u, model.p, model.z]
+    right = ca.vertcat(model.f(model.xz, model.u, model.p), model.g(model.xz, model.u, model.p))
+    transposed = ca.sparsify(ca.jacobian(right, model.xz).T)  # by rows: see stage_program
+    columns, rows = transposed.sparsity().get_triplet()
+    nonzeros = dict(zip(zip(rows, columns, strict=True), transposed.nonzeros(), strict=True))
+    nonzeros |= {(i, i): ca.SX(0.0) for i in range(nx) if (i, i) not in nonzeros}
+    positions = sorted(nonzeros)
+    entries = [*ca.vertsplit(ca.densify(right)), *(nonzeros[place] for place in positions)]
+    fixed = _constants(entries)
+    varying = np.isnan(fixed)
+    rates = _tape(arguments, entries, np.flatnonzero(varying[: nx + nz]))
+    jacobian = _tape(arguments, entries, np.flatnonzero(varying))
+    return SystemProgram(nx, nz, len(model.inputs), len(model.parameters), rates, jacobian, fixed, positions)
+
+
+def _constants(entries: Sequence[Any]) -> Array:
+    """Values of those that are constant, NaN for those that a tape computes."""
+    fixed = np.array([float(entry) if entry.is_constant() else np.nan for entry in entries])
+    fixed[np.isinf(fixed)] = np.nan  # the tape computes it, and all that it computes is checked
+    return fixed
+
+
+def _tape(arguments: Sequence[Any], entries: Sequence[Any], slots: np.ndarray) -> Tape:
+    """A tape that computes some of the entries into their slots."""
+    program = record(
+        ca.Function("stage", arguments, [ca.cse(ca.vertcat(ca.SX(0, 1), *(entries[slot] for slot in slots)))])
+    )
+    written = program.code[:, 0] == OPERATIONS.index("output")
+    program.code[written, 1] = slots[program.code[written, 1]]
+    return optimised(program)

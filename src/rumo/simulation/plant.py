@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
-from functools import partial
-from typing import Any
+from typing import Any, Literal, get_args
 
 import casadi as ca
 import numpy as np
 
 from rumo.checks import checked, positive_number
-from rumo.errors import PlantError
-from rumo.interrupts import interruptible
+from rumo.errors import ArgumentError, ShapeError
+from rumo.kernel import Ending
 from rumo.model import Model
 from rumo.signals import Array, Signals
+from rumo.simulation.integrators import Integrated, Radau, Sundials
+from rumo.simulation.integrators.radau import cannot
+
+logger = logging.getLogger("rumo")
+
+Method = Literal["auto", "radau5", "sundials"]
 
 
 class Plant:
-    """A model advanced by CVODES, or IDAS if it has algebraic variables (BDF; Hindmarsh et al., 2005).
+    """A model advanced by the Radau IIA method of order 5 in the C core, or by SUNDIALS.
 
-    Threads must not share one: each takes a `copy.copy`, as each `ClosedLoop` does.
+    Threads must not share one: each takes a `copy.copy`, as each `ClosedLoop` does. What it comes to depends on where it
+    began and what was held since, not on what it did before `reset`.
 
     Parameters
     ----------
@@ -28,20 +35,30 @@ class Plant:
     sampling_time : float
         Interval over which the input is held [s].
     tolerance : float
-        Relative tolerance, and absolute tolerance in units of `scales`.
+        Of the error of a step: relative, and absolute in units of `scales`.
     scales : mapping of str to float, optional
         Size below which a state or algebraic variable does not matter, in its unit; 1 where not given.
+    method : str
+        "radau5": the core (Hairer and Wanner, 1996, IV.8). "sundials": CVODES, or IDAS with algebraic variables
+        (Hindmarsh et al., 2005). "auto": the core where it has all operations of the model, and SUNDIALS for samples in
+        which it fails and for other models.
+
+    Raises
+    ------
+    ArgumentError
+        If the core is to integrate a model that it cannot.
     """
 
     def __init__(
         self,
         model: Model,
         sampling_time: float,
-        tolerance: float = 1e-8,
+        tolerance: float = 1e-9,
         scales: Mapping[str, float] | None = None,
+        method: Method = "auto",
     ) -> None:
         self.model = checked(model, "model", Model)
-        self._settings = (model, sampling_time, tolerance, scales)
+        self._settings = (model, sampling_time, tolerance, scales, method)
         self.name, self.divisible = model.name, True
         self.states, self.inputs = model.states, model.inputs
         observed = (model.algebraic, model.outputs)
@@ -52,32 +69,17 @@ class Plant:
         sizes = model.variables.finite_vector(scales or {}, "scales", np.ones(len(model.variables)))
         for name, scale in zip(model.variables, sizes, strict=True):
             positive_number(scale, f"scales[{name!r}]")
-        self._scales, z_scales = np.split(sizes, [len(model.states)])
-        self._guess = model.algebraic_guess / z_scales
-        arguments = model.xz * sizes, model.u, model.p
-        rates, duration = model.f(*arguments) / self._scales, ca.SX.sym("duration")
-        equations = {"x": model.x, "p": ca.vertcat(model.u, model.p), "ode": rates}
-        if len(model.algebraic):
-            equations |= {"z": model.z, "alg": model.g(*arguments)}
-        parts = equations | {"p": ca.vertcat(model.u, model.p, duration), "ode": duration * rates}
-        options = {
-            "abstol": tolerance,
-            "reltol": tolerance,
-            "max_num_steps": 100_000,
-            "show_eval_warnings": False,
-            "disable_internal_warnings": True,
-        }
-        method = "idas" if len(model.algebraic) else "cvodes"
-        self._integrator = partial(ca.integrator, "plant", method, equations, 0.0, sampling_time, options)
-        self._part_integrator = partial(ca.integrator, "part", method, parts, 0.0, 1.0, options)
-        self._integrate_part: Any = None
-        with interruptible():
-            self._integrate = self._integrator()
-        self.reset()
+        self._shapes = (len(model.states),), (len(model.inputs),), (len(model.parameters),)
+        self._given = Integrated(model, self.sampling_time, tolerance, sizes)
+        self._alone = method != "auto"
+        self._core = Radau(self._given) if _by_core(model, method) else None
+        self._sundials = None if self._core else Sundials(self._given)
 
     def reset(self) -> None:
-        """Forget where the algebraic variables were last: the next ones are looked for near the model's guess."""
-        self._z = self._guess
+        """Forget all that was integrated; algebraic variables are looked for near the model's guess."""
+        for integration in (self._core, self._sundials):
+            if integration is not None:
+                integration.reset()
 
     def advance(self, x: Array, u: Array, p: Array, duration: float | None = None) -> Array:
         """State (nx,) one sampling time, or a duration [s], after x (nx,), inputs u (nu,) and parameters p (np_,) held.
@@ -89,21 +91,31 @@ class Plant:
         PlantError
             If the integration fails or ends in a state that is not finite.
         """
-        try:
-            with interruptible():
-                if duration is None:
-                    result = self._integrate(x0=x / self._scales, z0=self._z, p=np.r_[u, p])
-                else:
-                    self._integrate_part = self._integrate_part or self._part_integrator()
-                    result = self._integrate_part(x0=x / self._scales, z0=self._z, p=np.r_[u, p, duration])
-                end, z = (result[name].full().ravel() for name in ("xf", "zf"))
-        except RuntimeError as error:
-            raise PlantError(f"SUNDIALS could not integrate {self.name} from x = {x.tolist()}: {error}") from None
-        end = end * self._scales
-        if not np.isfinite(end).all():
-            raise PlantError(f"{self.name} left the finite numbers from x = {x.tolist()}, u = {u.tolist()}")
-        self._z = z
+        x, u, p = (np.ascontiguousarray(values, dtype=float) for values in (x, u, p))
+        if (x.shape, u.shape, p.shape) != self._shapes:
+            raise ShapeError("x, u, p", f"{x.shape}, {u.shape}, {p.shape}", "{}, {}, {}".format(*self._shapes))
+        duration = self.sampling_time if duration is None else duration
+        if self._core is None:
+            return self._by_sundials().advance(x, u, p, duration)
+        if self._alone:
+            return self._core.advance(x, u, p, duration)
+        end = self._core.try_to_advance(x, u, p, duration)
+        return self._once_more(end, x, u, p, duration) if isinstance(end, Ending) else end
+
+    def _once_more(self, ending: Ending, x: Array, u: Array, p: Array, duration: float) -> Array:
+        """A sample in which the core failed, by SUNDIALS, from where algebraic variables were."""
+        assert self._core is not None
+        sundials = self._by_sundials()
+        sundials.seek(self._core.algebraic)
+        end = sundials.advance(x, u, p, duration)
+        logger.debug("SUNDIALS integrates %s from x = %s: %s", self.name, x.tolist(), ending.sentence)
+        self._core.seek(sundials.algebraic)
         return end
+
+    def _by_sundials(self) -> Sundials:
+        if self._sundials is None:
+            self._sundials = Sundials(self._given)
+        return self._sundials
 
     def observer(self, names: tuple[str, ...]) -> Callable[[Array, Array, Array], Array]:
         """Function `(x, u, p) -> (n,)` of states and outputs, algebraic variables among them."""
@@ -115,16 +127,51 @@ class Plant:
             g = ca.Function("g", of_z, [model.g(model.xz, model.u, model.p)])
             solve, rows = ca.rootfinder("solve", "newton", g), ca.Function("rows", of_z, [rows])
             given = [ca.MX.sym("given", g.size1_in(i)) for i in (1, 2, 3)]
-            rows = rows(solve(model.algebraic_guess, *given), *given)
-        function = ca.Function("observer", given, [rows])
-        return lambda x, u, p: function(x, u, p).full().ravel()
+            function = ca.Function("observer", given, [rows(solve(model.algebraic_guess, *given), *given)])
+            return lambda x, u, p: function(x, u, p).full().ravel()
+        return _evaluated(ca.Function("observer", given, [rows]))
 
     def __copy__(self) -> Plant:
-        """The same, with an integrator and a memory of its own."""
+        """The same, with a memory of its own."""
         twin = object.__new__(type(self))
-        with interruptible():
-            vars(twin).update(vars(self), _integrate=self._integrator(), _integrate_part=None)
+        vars(twin).update(vars(self))
+        twin._core = self._core and self._core.another()
+        twin._sundials = None if twin._core else self._by_sundials().another()
         return twin
 
     def __reduce__(self) -> tuple[type[Plant], tuple[object, ...]]:
         return Plant, self._settings
+
+
+def _by_core(model: Model, method: Method) -> bool:
+    """Whether the core integrates a model; raises if it has to and cannot."""
+    if method not in get_args(Method):
+        raise ArgumentError("method", repr(method), f"one of {', '.join(map(repr, get_args(Method)))}")
+    if method == "sundials":
+        return False
+    reason = cannot(model)
+    if reason and method == "radau5":
+        raise ArgumentError(
+            "method", f"'radau5', but {reason}", "a model that the core can integrate", 'Or "sundials".'
+        )
+    return not reason
+
+
+def _evaluated(function: Any) -> Callable[[Array, Array, Array], Array]:
+    """A function of x, u and p, evaluated without making CasADi's matrices of them."""
+    buffer, evaluate = function.buffer()
+    arguments = [np.zeros(function.size1_in(i)) for i in range(3)]
+    result = np.zeros(function.size1_out(0))
+    for i, argument in enumerate(arguments):
+        if len(argument):
+            buffer.set_arg(i, memoryview(argument))
+    if len(result):
+        buffer.set_res(0, memoryview(result))
+    held_x, held_u, held_p = arguments
+
+    def observe(x: Array, u: Array, p: Array) -> Array:
+        held_x[:], held_u[:], held_p[:] = x, u, p
+        evaluate()
+        return result.copy()
+
+    return observe

@@ -1,0 +1,39 @@
+/* The Radau IIA method of order 5, in the form of Hairer and Wanner (1996), section IV.8.
+ *
+ * Stages lie at c1 h, c2 h and h. With T^-1 A^-1 T block diagonal, the linear systems of Newton's method for all three fall
+ * apart into a real one, of gamma / h - J, and a complex one, of (alpha + i beta) / h - J.
+ */
+#ifndef RUMO_RADAU_H
+#define RUMO_RADAU_H
+
+#define STAGES 3
+
+#define RADAU_C1 0.1550510257216821901803 /* (4 - sqrt(6)) / 10 */
+#define RADAU_C2 0.6449489742783178098197 /* (4 + sqrt(6)) / 10 */
+#define RADAU_GAMMA 3.637834252744495732208
+#define RADAU_ALPHA 2.681082873627752133896
+#define RADAU_BETA 3.050430199247410569426
+
+#define RADAU_T11 0.09443876248897524148749
+#define RADAU_T12 (-0.1412552950209542084280)
+#define RADAU_T13 (-0.03002919410514742449186)
+#define RADAU_T21 0.2502131229653333113765
+#define RADAU_T22 0.2041293522937999319960
+#define RADAU_T23 0.3829421127572619377954 /* T31 = T32 = 1, T33 = 0 */
+
+#define RADAU_TI11 4.178718591551904727346
+#define RADAU_TI12 0.3276828207610623870825
+#define RADAU_TI13 0.5233764454994495480399
+#define RADAU_TI21 (-4.178718591551904727346)
+#define RADAU_TI22 (-0.3276828207610623870825)
+#define RADAU_TI23 0.4766235545005504519601
+#define RADAU_TI31 (-0.5028726349457868759512)
+#define RADAU_TI32 2.571926949855605429187
+#define RADAU_TI33 (-0.5960392048282249249688)
+
+/* Of the stages in the estimate of a step's error, (-13 - 7 sqrt(6)) / 3, (-13 + 7 sqrt(6)) / 3 and -1 / 3. */
+#define RADAU_E1 (-10.04880939982741556246)
+#define RADAU_E2 1.382142733160748895794
+#define RADAU_E3 (-0.3333333333333333333333)
+
+#endif

@@ -1,0 +1,85 @@
+"""The Radau IIA method of order 5 in the C core."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rumo.errors import PlantError
+from rumo.kernel import Ending, Integrator, can_integrate, describe_system
+from rumo.model import Model
+from rumo.recording import missing_in_model, system_program
+from rumo.signals import Array
+from rumo.simulation.integrators.base import Integrated
+
+
+def cannot(model: Model) -> str:
+    """Why the core cannot integrate a model; nothing if it can."""
+    operation = missing_in_model(model)
+    return f"the core lacks {operation}" if operation else can_integrate(system_program(model))
+
+
+class Radau:
+    """Steps of the Radau IIA method of order 5, with the error that they may have (Hairer and Wanner, 1996, IV.8).
+
+    It goes on where it ended: step, Jacobian and the polynomial of the last step are of use then. From another state it
+    begins anew.
+
+    Parameters
+    ----------
+    given : Integrated
+        What is integrated: a model that `cannot` says nothing about.
+    """
+
+    def __init__(self, given: Integrated) -> None:
+        self._given = given
+        model = given.model
+        program = system_program(model)
+        self._description = describe_system(program, given.scales, model.algebraic_guess, given.tolerance)
+        self._start()
+
+    def _start(self) -> None:
+        self._integrator = Integrator(self._description)
+        self._count, self._algebraic = len(self._given.model.states), len(self._given.model.algebraic)
+
+    def reset(self) -> None:
+        """See `Integration.reset`."""
+        self._integrator.reset()
+
+    def try_to_advance(self, x: Array, u: Array, p: Array, duration: float) -> Array | Ending:
+        """As `advance`, or how it ended otherwise."""
+        end = np.empty(self._count)
+        ending = self._integrator.advance(x, u, p, duration, end)
+        return Ending(ending) if ending else end
+
+    def advance(self, x: Array, u: Array, p: Array, duration: float) -> Array:
+        """See `Integration.advance`."""
+        end = self.try_to_advance(x, u, p, duration)
+        if isinstance(end, Ending):
+            name, at = self._given.model.name, f"from x = {x.tolist()}, u = {u.tolist()}"
+            raise PlantError(f"The core could not integrate {name} {at}: {end.sentence}")
+        return end
+
+    @property
+    def algebraic(self) -> Array:
+        """See `Integration.algebraic`."""
+        z = np.empty(self._algebraic)
+        self._integrator.algebraic(z)
+        return z
+
+    def seek(self, z: Array) -> None:
+        """See `Integration.seek`."""
+        self._integrator.seek(np.ascontiguousarray(z))
+
+    @property
+    def work(self) -> dict[str, Any]:
+        """What it has done so far: steps, rejected ones, evaluations of rates and Jacobians, factors, solutions."""
+        return self._integrator.work()
+
+    def another(self) -> Radau:
+        """See `Integration.another`."""
+        twin = object.__new__(type(self))
+        vars(twin).update(vars(self))
+        twin._start()
+        return twin
