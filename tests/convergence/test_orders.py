@@ -82,7 +82,9 @@ def problem_of(model, steps, **changes):
 
 
 def exact(model, x):
-    return Plant(model, DURATION, tolerance=1e-12).advance(np.array(x), np.array([INPUT]), model.default_parameters)
+    return Plant(model, DURATION, 1e-12, method="sundials").advance(
+        np.array(x), np.array([INPUT]), model.default_parameters
+    )
 
 
 def solved(scheme, model, x, steps):

@@ -8,11 +8,11 @@
 #include "integrate/integrator.c"
 #include "integrate/start.c"
 
-/* Steps until an integration is given up, and the shortest, over what is to be integrated. */
+/* Steps, refused ones among them, until an integration is given up; and the shortest, over the time that has passed. */
 #define MOST_TRIES 20000
-#define SHORTEST 1e-13
+#define SHORTEST 1e-15
 /* A Jacobian is kept while Newton's method contracts as fast, and the systems while a step would grow by less. */
-#define FAST 1e-3
+#define FAST 1e-2
 #define SLIGHTLY 1.2
 /* Of what an error would allow, and how much steps may grow and shrink from one to the next. */
 #define SAFETY 0.9
@@ -50,58 +50,72 @@ static double predicted_growth(const rumo_integrator *q, double h, double error)
     return clip(1.0 / change, SHRINKAGE, GROWTH);
 }
 
+/* A step h that is tried, and what came of it. */
+typedef struct trial {
+    double h, error, shorter; /* error in units of the tolerances; what to try instead, over h, without a solution */
+    int corrections;          /* that the stages took; 0 without a solution */
+    int first;                /* after a jump */
+    int refused;              /* whether a longer one was refused before */
+} trial;
+
+static void try_step(rumo_integrator *q, trial *t) {
+    t->error = INFINITY;
+    t->shorter = 0.5;
+    guess_stages(q, t->h);
+    t->corrections = factor_for_step(q, t->h) ? solve_stages(q, t->h, &t->shorter) : 0;
+    if (t->corrections) t->error = q->system.fixed_steps ? 0.5 : estimated_error(q, t->h, t->first || t->refused);
+}
+
+/* With a Jacobian of where the step begins, or else a shorter one. */
+static void refuse(rumo_integrator *q, trial *t) {
+    ++q->work.rejected;
+    t->refused = 1;
+    if (t->corrections) q->step = growth(t->error, t->corrections) * t->h;
+    else if (q->fresh) q->step = t->shorter * t->h;
+    q->predicts = q->predicts && (t->corrections || !q->fresh);
+    q->has_jacobian = q->fresh;
+}
+
+static void accept(rumo_integrator *q, trial *t) {
+    ++q->work.steps;
+    double grown = growth(t->error, t->corrections);
+    if (t->first) q->beginning = grown * t->h;
+    else if (q->last > 0.0) grown = smaller(grown, predicted_growth(q, t->h, t->error));
+    if (t->refused) grown = smaller(grown, 1.0);
+    keep_polynomial(q);
+    for (int i = 0; i < q->n; ++i) q->y[i] += q->Z[2 * q->ld + i];
+    set_weights(q);
+    q->last = t->h;
+    q->before = larger(t->error, 1e-2);
+    q->fresh = 0;
+    q->has_jacobian = q->contraction <= FAST;
+    const double next = q->has_jacobian && grown >= 1.0 && grown <= SLIGHTLY ? t->h : grown * t->h;
+    q->step = t->h < q->step ? larger(next, q->step) : next; /* it was cut to what was left */
+    t->first = t->refused = 0;
+}
+
+/* From y, where the rates are known. */
 static rumo_ending integrate(rumo_integrator *q, double duration, int jumped) {
     const int fixed = q->system.fixed_steps;
-    double left = duration;
-    int refused = 0, steps = 0, first = jumped;
-    if (fixed) q->step = duration / fixed;
-    while (left > 0.0) {
-        const double h = fixed ? duration / fixed : fitting(q, left);
-        double shorter;
-        if (steps == (fixed ? fixed : MOST_TRIES)) return fixed ? RUMO_ARRIVED : RUMO_TOO_MANY;
-        if (!(h > SHORTEST * duration)) return RUMO_TOO_SHORT;
+    const long long begun = q->work.steps;
+    trial t = {.first = jumped};
+    int tries = 0;
+    for (double passed = 0.0; passed < duration;) {
+        const double left = duration - passed;
+        t.h = fixed ? duration / fixed : fitting(q, left);
+        if (tries++ == MOST_TRIES + fixed) return RUMO_TOO_MANY;
+        if (!(t.h > 0.0 && t.h > SHORTEST * passed)) return RUMO_TOO_SHORT;
         if (!q->has_jacobian && !jacobian_at_start(q)) return RUMO_NO_VALUE;
-        guess_stages(q, h);
-        const int corrections = factor_for_step(q, h) ? solve_stages(q, h, &shorter) : 0;
-        if (!corrections) {
-            if (!q->fresh) q->has_jacobian = 0;
-            else if (fixed) return RUMO_TOO_SHORT;
-            else q->step = (q->factored > 0.0 ? shorter : 0.5) * h;
-            q->predicts = q->predicts && !q->fresh;
-            ++q->work.rejected;
-            if (++steps == MOST_TRIES) return RUMO_TOO_MANY;
-            refused = 1;
+        try_step(q, &t);
+        if (!(t.error < 1.0)) {
+            if (fixed && q->fresh) return RUMO_TOO_SHORT;
+            refuse(q, &t);
             continue;
         }
-        const double error = fixed ? 0.5 : estimated_error(q, h, first || refused);
-        double grown = growth(error, corrections);
-        if (!(error < 1.0)) {
-            q->step = (first && !(error < INFINITY) ? 0.1 : grown) * h;
-            if (!q->fresh) q->has_jacobian = 0;
-            ++q->work.rejected;
-            if (++steps == MOST_TRIES) return RUMO_TOO_MANY;
-            refused = 1;
-            continue;
-        }
-        ++steps;
-        ++q->work.steps;
-        if (q->last > 0.0 && !first) grown = smaller(grown, predicted_growth(q, h, error));
-        if (first) q->beginning = grown * h;
-        keep_polynomial(q);
-        for (int i = 0; i < q->n; ++i) q->y[i] += q->Z[2 * q->ld + i];
+        accept(q, &t);
         if (!all_finite(q->y, q->n)) return RUMO_NO_VALUE;
-        left = h >= left ? 0.0 : left - h;
-        q->last = h;
-        q->before = larger(error, 1e-2);
-        q->fresh = 0;
-        set_weights(q);
-        const double next = refused ? smaller(grown, 1.0) : grown;
-        const int keeps = q->contraction <= FAST;
-        if (!keeps) q->has_jacobian = 0;
-        const double wanted = keeps && next >= 1.0 && next <= SLIGHTLY ? h : next * h;
-        if (!fixed) q->step = h < q->step ? larger(wanted, q->step) : wanted; /* it was cut to what was left */
-        refused = first = 0;
-        if (left > 0.0 && !(q->has_jacobian ? rates_at(q, q->y, q->rate) : jacobian_at_start(q))) return RUMO_NO_VALUE;
+        passed = t.h >= left || q->work.steps - begun == fixed ? duration : passed + t.h;
+        if (passed < duration && q->has_jacobian && !rates_at(q, q->y, q->rate)) return RUMO_NO_VALUE;
     }
     return RUMO_ARRIVED;
 }
@@ -124,7 +138,7 @@ static rumo_ending advance_integrator(rumo_integrator *q, const double *x, const
     set_weights(q);
     rumo_ending ending = RUMO_ARRIVED;
     if (q->nz > 0 && jumped) ending = find_algebraic(q) ? RUMO_ARRIVED : RUMO_NO_ROOT;
-    else if (!rates_at(q, q->y, q->rate)) ending = RUMO_NO_VALUE;
+    else if (!(q->has_jacobian ? rates_at(q, q->y, q->rate) : jacobian_at_start(q))) ending = RUMO_NO_VALUE;
     if (ending == RUMO_ARRIVED) {
         if (q->step == 0.0) q->step = first_step(q, duration);
         else if (jumped && q->beginning > 0.0) q->step = smaller(q->beginning, q->step);

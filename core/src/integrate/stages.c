@@ -5,8 +5,9 @@
 #include "integrate/linear_system.c"
 #include "integrate/right_side.c"
 
-/* Corrections until a step is given up. */
+/* Corrections until a step is given up; where it cannot be shorter, there are more. */
 #define MOST_CORRECTIONS 7
+#define MOST_OF_FIXED 50
 
 /* W = T^-1 Z and Z = T W. */
 static void transform(const rumo_integrator *q) {
@@ -62,11 +63,12 @@ static double size_of(const rumo_integrator *q, const double *x, int count) {
 /* From a guess W of the stages to the stages Z; how many corrections it took, or 0 where they do not lead there. What is to
  * be tried in place of the step is then *shorter times it. */
 static int solve_stages(rumo_integrator *q, double h, double *shorter) {
+    const int most = q->system.fixed_steps ? MOST_OF_FIXED : MOST_CORRECTIONS;
     double before = 0.0, ratio = 0.0;
     *shorter = 0.5;
     q->quality = pow(larger(q->quality, 1e-16), 0.8);
     q->contraction = 0.0;
-    for (int k = 1; k <= MOST_CORRECTIONS; ++k) {
+    for (int k = 1; k <= most; ++k) {
         if (!rates_of_stages(q)) return 0;
         residual_of_stages(q, h);
         solve_all(q, q->right);
@@ -78,9 +80,9 @@ static int solve_stages(rumo_integrator *q, double h, double *shorter) {
             ratio = now;
             if (!(q->contraction < 0.99)) return 0;
             q->quality = q->contraction / (1.0 - q->contraction);
-            const double left = q->quality * correction * pow(q->contraction, MOST_CORRECTIONS - k) / q->iterated;
+            const double left = q->quality * correction * pow(q->contraction, most - k) / q->iterated;
             if (left >= 1.0) {
-                *shorter = 0.8 * pow(clip(left, 1e-4, 20.0), -1.0 / (4 + MOST_CORRECTIONS - k));
+                *shorter = 0.8 * pow(clip(left, 1e-4, 20.0), -1.0 / (4 + most - k));
                 return 0;
             }
         }

@@ -129,7 +129,7 @@ class Plant:
             given = [ca.MX.sym("given", g.size1_in(i)) for i in (1, 2, 3)]
             function = ca.Function("observer", given, [rows(solve(model.algebraic_guess, *given), *given)])
             return lambda x, u, p: function(x, u, p).full().ravel()
-        return _evaluated(ca.Function("observer", given, [rows]))
+        return _Evaluated(ca.Function("observer", given, [ca.densify(rows)]))
 
     def __copy__(self) -> Plant:
         """The same, with a memory of its own."""
@@ -157,21 +157,22 @@ def _by_core(model: Model, method: Method) -> bool:
     return not reason
 
 
-def _evaluated(function: Any) -> Callable[[Array, Array, Array], Array]:
-    """A function of x, u and p, evaluated without making CasADi's matrices of them."""
-    buffer, evaluate = function.buffer()
-    arguments = [np.zeros(function.size1_in(i)) for i in range(3)]
-    result = np.zeros(function.size1_out(0))
-    for i, argument in enumerate(arguments):
-        if len(argument):
-            buffer.set_arg(i, memoryview(argument))
-    if len(result):
-        buffer.set_res(0, memoryview(result))
-    held_x, held_u, held_p = arguments
+class _Evaluated:
+    """A function of x, u and p whose output is dense, evaluated without making CasADi's matrices of them."""
 
-    def observe(x: Array, u: Array, p: Array) -> Array:
+    def __init__(self, function: Any) -> None:
+        # Whoever calls `evaluate` has to keep the buffer alive.
+        self._buffer, self._evaluate = function.buffer()
+        self._arguments = [np.zeros(function.size1_in(i)) for i in range(3)]
+        self._result = np.zeros(function.size1_out(0))
+        for i, argument in enumerate(self._arguments):
+            if len(argument):
+                self._buffer.set_arg(i, memoryview(argument))
+        if len(self._result):
+            self._buffer.set_res(0, memoryview(self._result))
+
+    def __call__(self, x: Array, u: Array, p: Array) -> Array:
+        held_x, held_u, held_p = self._arguments
         held_x[:], held_u[:], held_p[:] = x, u, p
-        evaluate()
-        return result.copy()
-
-    return observe
+        self._evaluate()
+        return self._result.copy()
