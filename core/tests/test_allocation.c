@@ -5,6 +5,7 @@
 #include "filter.h"
 #include "fixture.h"
 #include "fixtures.h"
+#include "integrator.h"
 
 static long armed, calls;
 
@@ -86,6 +87,18 @@ static void estimate(const fixture *f) {
     let_go();
 }
 
+/* And for an integrator. */
+static void integrate_over_samples(const system_of *of) {
+    integrator_of q = integrator_for(of);
+    for (int i = 0; i < 50; ++i) {
+        jump(&q, i % 10 == 9 ? 1e6 : 0.05);
+        armed = 1;
+        if (go_on(&q, 0.05) != RUMO_ARRIVED || i % 10 == 9) begin_anew(&q);
+        armed = 0;
+    }
+    CHECK(calls == 0, "%s: %ld allocations", of->name, calls);
+}
+
 int main(void) {
     printf("no steps without memory\n"); /* the stream's buffer, before anything counts */
     rumo_settings several = usual, hurried = usual, timed = usual, open = usual, judged = usual, careful = usual;
@@ -115,6 +128,7 @@ int main(void) {
         estimate(&fixtures[i]);
         CHECK(calls == 0, "%s: %ld allocations by its filter", fixtures[i].name, calls);
     }
+    for (int i = 0; i < SYSTEMS; ++i) integrate_over_samples(&systems[i]);
     for (int i = 0; i < RUMO_STATUS_COUNT; ++i) CHECK(seen[i] > 0, "status %d never came", i);
     return finish();
 }

@@ -42,7 +42,7 @@ def missing_operation(problem: Problem) -> str | None:
 
 
 def missing_in_model(model: Model, *others: Any) -> str | None:
-    """An operation of a model, and of other expressions of its symbols, that the core lacks; None if it has them all."""
+    """An operation of a model and of other expressions that the core lacks; None if it has them all."""
     arguments = model.xz, model.u, model.p
     function = ca.Function("model", arguments, [ca.vertcat(model.f(*arguments), model.g(*arguments), *others)])
     for i in range(function.n_instructions()):

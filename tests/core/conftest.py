@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from compiling import SANITIZERS, compile_core, compiler, tailored_flags
-from fixtures import fixture_header, fixtures, pattern_header, tailored_model
+from fixtures import fixture_header, fixtures, pattern_header, system_header, tailored_model
 
 
 def made_once(shared_folder, name, make):
@@ -29,11 +29,12 @@ def write_fixtures(folder, chosen):
 
 @pytest.fixture(scope="session")
 def headers(shared_folder):
-    """A folder with fixtures.h and patterns.h."""
+    """A folder with fixtures.h, patterns.h and systems.h."""
 
     def make(folder):
         write_fixtures(folder, fixtures())
         (folder / "patterns.h").write_text(pattern_header(), encoding="utf-8")
+        (folder / "systems.h").write_text(system_header(), encoding="utf-8")
 
     return made_once(shared_folder, "headers", make)
 

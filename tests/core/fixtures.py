@@ -8,17 +8,19 @@ from problems import cooled_reactor, pendulum, stiff_reactor, swinging_cart, tan
 
 import rumo
 from rumo.controllers.engines.described import core_problem
-from rumo.kernel import describe, problem_source
+from rumo.kernel import describe, describe_system, problem_source
 from rumo.kernel.description import MATRICES, NUMBERS, SIZES, Description, StageProgram, members
 from rumo.kernel.elimination import Equations, eliminate
-from rumo.kernel.export import array_source
+from rumo.kernel.export import array_source, struct_source
 from rumo.kernel.factor import factor
 from rumo.kernel.straight import elimination_source
 from rumo.kernel.tailored import model_source
 from rumo.kernel.tape import Tape
+from rumo.recording import system_program
 from rumo.references import SinePath
+from rumo.registry import MODELS
 from rumo.studies import PaperStudy
-from rumo.textbook import robertson_dae
+from rumo.textbook import heat_rod, robertson_dae
 from rumo.transcription import Transcription
 from rumo.vehicles import PAPER_CAR, friction_circles
 
@@ -202,6 +204,59 @@ def fixture_header(chosen, samples):
             f'    {{"{name}", &{name}, {samples}, ' + ", ".join(f"{name}_{key}_recorded" for key in arrays) + "},\n"
         )
     parts.append(f"static const fixture fixtures[] = {{\n{''.join(rows)}}};\nenum {{ FIXTURES = {len(rows)} }};\n")
+    return "\n".join(parts)
+
+
+STARTS = {
+    "v_x": 8.0,
+    "t_": 60.0,
+    "c_": 900.0,
+    "p_": 60.0,
+    "w_": 24.0,
+    "a": 0.8,
+    "b": 2e-5,
+    "position": 1.5,
+    "angle": 0.3,
+}
+"""Of states whose names begin so: where models are used."""
+
+
+def mixed(n=7):
+    """A system in which everything depends on everything: dense factors."""
+    names = [f"x{i}" for i in range(n)]
+    return rumo.Model(
+        dict.fromkeys(names, "1"),
+        {"push": "1"},
+        lambda x, u, p: {
+            name: -(10.0**i) * x[name] + sum(x[other] * (j - i) for j, other in enumerate(names)) / n + u.push
+            for i, name in enumerate(names)
+        },
+        name="mixed",
+    )
+
+
+def system_header():
+    """The header systems.h: systems to integrate, with states to start from and default parameters."""
+    models = {name: make() for name, make in MODELS.items()} | {"long_rod": heat_rod(60), "mixed": mixed()}
+    parts, rows = ['#include "rumo_core.h"\n'], []
+    for name, model in models.items():
+        values = describe_system(system_program(model), np.ones(len(model.variables)), model.algebraic_guess, 1e-9)
+        x = [next((value for key, value in STARTS.items() if state.startswith(key)), 0.1) for state in model.states]
+        arrays = {"x": np.array(x), "p": np.append(model.default_parameters, 0.0)}
+        parts.append(struct_source("rumo_system", values, f"system_{name}"))
+        parts += [array_source(f"{name}_{key}", array) for key, array in arrays.items()]
+        rows.append(f'    {{"{name}", &system_{name}, ' + ", ".join(f"{name}_{key}" for key in arrays) + "},\n")
+    parts.append(
+        f"""\
+typedef struct system_of {{
+    const char *name;
+    const rumo_system *system;
+    const double *x, *p;
+}} system_of;
+static const system_of systems[] = {{\n{"".join(rows)}}};
+enum {{ SYSTEMS = {len(rows)} }};
+"""
+    )
     return "\n".join(parts)
 
 

@@ -1,5 +1,9 @@
 """The plant's integration against closed forms, and its failure."""
 
+import copy
+import pickle
+
+import casadi as ca
 import numpy as np
 import pytest
 from problems import pendulum
@@ -7,6 +11,7 @@ from scipy.linalg import expm
 
 import rumo
 from rumo.simulation import Plant
+from rumo.vehicles import PASSENGER_CAR, ModifiedDugoff, dynamic_bicycle, four_wheel
 
 NOTHING = np.zeros(0)
 
@@ -119,6 +124,10 @@ def test_scales_keep_small_states_exact(size):
         ({"sampling_time": 0.0}, "sampling_time: got 0.0, expected a positive"),
         ({"sampling_time": 0.1, "tolerance": -1.0}, "tolerance: got -1.0, expected a positive"),
         ({"sampling_time": 0.1, "scales": {"angle": 0.0}}, "scales"),
+        (
+            {"sampling_time": 0.1, "method": "euler"},
+            "method: got 'euler', expected one of 'auto', 'radau5', 'sundials'",
+        ),
     ],
 )
 def test_settings_are_checked(settings, message):
@@ -152,3 +161,111 @@ def test_the_nearest_root_is_followed():
         x = plant.advance(x, np.array([1.0]), NOTHING)
     # The integral of -sqrt(1 + t).
     assert x[1] == pytest.approx(-2.0 / 3.0 * (9.0**1.5 - 1.0), rel=1e-7)
+
+
+def root_of_level():
+    """A tank whose outflow has no slope where it is empty: SUNDIALS gets away from there, the core does not."""
+    return rumo.Model(
+        {"level": "m"}, {"inflow": "m/s"}, lambda x, u, p: {"level": u.inflow - ca.sqrt(ca.fabs(x.level))}, name="tank"
+    )
+
+
+def test_sundials_takes_the_samples_in_which_the_core_fails():
+    plant, exact = Plant(root_of_level(), 0.5), Plant(root_of_level(), 0.5, 1e-12, method="sundials")
+    alone, x, y = Plant(root_of_level(), 0.5, method="radau5"), np.zeros(1), np.zeros(1)
+    with pytest.raises(rumo.PlantError, match=r"tank .* no finite value"):
+        alone.advance(x, np.array([0.7]), NOTHING)
+    for _ in range(4):
+        x, y = plant.advance(x, np.array([0.7]), NOTHING), exact.advance(y, np.array([0.7]), NOTHING)
+        np.testing.assert_allclose(x, y, atol=1e-7)
+    # From where there is a slope the core goes on.
+    np.testing.assert_allclose(alone.advance(y, np.array([0.7]), NOTHING), exact.advance(y, np.array([0.7]), NOTHING))
+
+
+def test_models_with_other_operations_are_for_sundials():
+    model = rumo.Model({"x": "1"}, {"u": "1"}, lambda x, u, p: {"x": ca.erfinv(0.5 * ca.tanh(x.x)) + u.u})
+    with pytest.raises(rumo.ArgumentError, match="method: got 'radau5', but the core lacks OP_ERFINV"):
+        Plant(model, 0.1, method="radau5")
+    x, u = np.array([0.3]), np.array([0.1])
+    ends = [Plant(model, 0.1, method=method).advance(x, u, NOTHING) for method in ("auto", "sundials")]
+    np.testing.assert_array_equal(*ends)
+
+
+def path_of(plant, seed):
+    rng, x, path = np.random.default_rng(seed), np.array([0.4, 0.0]), []
+    for k in range(40):
+        u = rng.normal(size=1)
+        x = (
+            plant.advance(x, u, plant.default_parameters)
+            if k % 4
+            else plant.advance(x, u, plant.default_parameters, 0.013)
+        )
+        path.append(x)
+    return np.array(path)
+
+
+def test_a_run_has_the_same_bits_whatever_the_plant_did_before():
+    plant = Plant(pendulum().model, 0.05)
+    alone = path_of(plant, 1)
+    path_of(plant, 2)
+    plant.reset()
+    np.testing.assert_array_equal(path_of(plant, 1), alone)
+    for other in (copy.copy(plant), pickle.loads(pickle.dumps(plant))):
+        np.testing.assert_array_equal(path_of(other, 1), alone)
+
+
+def test_a_state_of_another_run_is_a_new_start():
+    plant, u = Plant(pendulum().model, 0.05), np.array([0.5])
+    path_of(plant, 3)
+    fresh = Plant(pendulum().model, 0.05).advance(np.array([1.0, 0.2]), u, plant.default_parameters)
+    np.testing.assert_array_equal(plant.advance(np.array([1.0, 0.2]), u, plant.default_parameters), fresh)
+
+
+def test_wrong_shapes_raise():
+    plant = Plant(pendulum().model, 0.05)
+    with pytest.raises(rumo.ShapeError, match=r"x, u, p: got \(3,\), \(1,\), \(\d,\), expected \(2,\), \(1,\)"):
+        plant.advance(np.zeros(3), np.zeros(1), plant.default_parameters)
+
+
+def test_what_is_observed_is_what_the_model_says():
+    model = four_wheel(PASSENGER_CAR)
+    names = ("v_x", "course", "w_rl", "friction_use_fl")
+    observe, rng = Plant(model, 0.05).observer(names), np.random.default_rng(0)
+    kept = []
+    for _ in range(3):
+        x, u = rng.uniform(1.0, 2.0, len(model.states)), rng.normal(size=len(model.inputs))
+        rows = ca.Function(
+            "rows", [model.x, model.u, model.p], [ca.vertcat(*(model.expression(n, "n") for n in names))]
+        )
+        kept.append((observe(x, u, model.default_parameters), rows(x, u, model.default_parameters).full().ravel()))
+    for seen, said in kept:  # each has an array of its own
+        np.testing.assert_allclose(seen, said, rtol=1e-14)
+    assert Plant(model, 0.05).observer(())(x, u, model.default_parameters).shape == (0,)
+
+
+CARS = {
+    "paper": lambda: four_wheel(rumo.vehicles.PAPER_CAR),
+    "four_wheel": lambda: four_wheel(PASSENGER_CAR, load_transfer=True),
+    "kinks": lambda: dynamic_bicycle(PASSENGER_CAR, ModifiedDugoff()),
+}
+
+
+@pytest.mark.parametrize("car", CARS)
+@pytest.mark.parametrize("speed", [0.01, 8.0])
+def test_a_car_skids_and_stops(car, speed):
+    """Locked and spinning wheels, torques that jump, down to walking speed: by the core, without SUNDIALS."""
+    model = CARS[car]()
+    names = list(model.states)
+    plant, exact = Plant(model, 0.05, method="radau5"), Plant(model, 0.05, 1e-10, method="sundials")
+    for seed in range(5):
+        rng, x = np.random.default_rng(seed), np.zeros(len(names))
+        x[names.index("v_x")] = speed
+        wheels = [i for i, name in enumerate(names) if name.startswith("w_")]
+        x[wheels] = speed / 0.3 * rng.choice([0.0, 1.0, 3.0], len(wheels))
+        plant.reset()
+        for k in range(60):
+            if k % 6 == 0:
+                u = np.array([800.0, 0.5]) * rng.uniform(-1.0, 1.0, 2)
+            before, x = x, plant.advance(x, u, model.default_parameters)
+            if k % 20 == 5:
+                np.testing.assert_allclose(x, exact.advance(before, u, model.default_parameters), rtol=1e-6, atol=1e-6)

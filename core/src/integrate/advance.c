@@ -9,7 +9,7 @@
 #include "integrate/start.c"
 
 /* Steps, refused ones among them, until an integration is given up; and the shortest, over the time that has passed. */
-#define MOST_TRIES 20000
+#define MOST_TRIES 100000
 #define SHORTEST 1e-15
 /* A Jacobian is kept while Newton's method contracts as fast, and the systems while a step would grow by less. */
 #define FAST 1e-2
@@ -134,6 +134,7 @@ static rumo_ending advance_integrator(rumo_integrator *q, const double *x, const
         jumped = 1;
         copy(q->y, x, q->nx);
     }
+    if (jumped) q->predicts = 0; /* rates jump: what they were says no more of the stages than nothing does */
     copy(q->start, q->y, q->n);
     set_weights(q);
     rumo_ending ending = RUMO_ARRIVED;

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -28,26 +30,6 @@ def problem_source(description: Description, name: str = "problem") -> str:
     name : str
         Of the problem in C; the names of its arrays begin with it.
     """
-    definitions: list[str] = []
-
-    def array(key: str) -> str:
-        if description.values[key].size == 0:  # C has no empty arrays
-            return "NULL"
-        definitions.append(array_source(f"{name}_{key}", description.values[key]))
-        return f"{name}_{key}"
-
-    def struct(kind: str, prefix: str, depth: int) -> str:
-        indent, lines = "    " * depth, ""
-        for member, of, *_ in TABLES[kind]:
-            key = prefix + member
-            if of in TABLES:
-                value = struct(of, part_prefix(prefix, member), depth + 1)
-            else:
-                value = str(int(description.values[key])) if of == "count" else array(key)
-            lines += f"{indent}    .{member} = {value},\n"
-        return f"{{\n{lines}{indent}}}"
-
-    body = struct("rumo_problem", "", 0)
     guard = f"{name.upper()}_H"
     return f"""\
 /* A problem of model predictive control, made by Rumo: hand it to the core's create(). */
@@ -59,11 +41,34 @@ def problem_source(description: Description, name: str = "problem") -> str:
 
 #include "rumo_core.h"
 
-{"".join(definitions)}
-static const rumo_problem {name} = {body};
-
+{struct_source("rumo_problem", description.values, name)}
 #endif
 """
+
+
+def struct_source(kind: str, values: Mapping[str, Any], name: str) -> str:
+    """The definition in C of a struct of the core's tables, such as `rumo_problem`, and of the arrays it points to."""
+    definitions: list[str] = []
+
+    def array(key: str) -> str:
+        if values[key].size == 0:  # C has no empty arrays
+            return "NULL"
+        definitions.append(array_source(f"{name}_{key}", values[key]))
+        return f"{name}_{key}"
+
+    def struct(table: str, prefix: str, depth: int) -> str:
+        indent, lines = "    " * depth, ""
+        for member, of, *_ in TABLES[table]:
+            key = prefix + member
+            if of in TABLES:
+                value = struct(of, part_prefix(prefix, member), depth + 1)
+            else:
+                value = str(int(values[key])) if of == "count" else array(key)
+            lines += f"{indent}    .{member} = {value},\n"
+        return f"{{\n{lines}{indent}}}"
+
+    body = struct(kind, "", 0)
+    return f"{''.join(definitions)}\nstatic const {kind} {name} = {body};\n"
 
 
 def _number(value: float) -> str:

@@ -25,8 +25,8 @@ Method = Literal["auto", "radau5", "sundials"]
 class Plant:
     """A model advanced by the Radau IIA method of order 5 in the C core, or by SUNDIALS.
 
-    Threads must not share one: each takes a `copy.copy`, as each `ClosedLoop` does. What it comes to depends on where it
-    began and what was held since, not on what it did before `reset`.
+    Threads must not share one: each takes a `copy.copy`, as each `ClosedLoop` does. Where it comes to depends on where
+    it began and on what was held since, not on anything before a `reset`.
 
     Parameters
     ----------
@@ -167,9 +167,9 @@ class _Evaluated:
         self._result = np.zeros(function.size1_out(0))
         for i, argument in enumerate(self._arguments):
             if len(argument):
-                self._buffer.set_arg(i, memoryview(argument))
+                self._buffer.set_arg(i, argument.data)
         if len(self._result):
-            self._buffer.set_res(0, memoryview(self._result))
+            self._buffer.set_res(0, self._result.data)
 
     def __call__(self, x: Array, u: Array, p: Array) -> Array:
         held_x, held_u, held_p = self._arguments

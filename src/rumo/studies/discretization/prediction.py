@@ -65,7 +65,7 @@ class ReferenceSolution:
         p = model.default_parameters
 
         def drive(x: Array, times: Array, step: float, tolerance: float = TOLERANCE) -> Array:
-            plant, states = Plant(model, step, tolerance, case.scales), [x]
+            plant, states = Plant(model, step, tolerance, case.scales, "sundials"), [x]
             for t in times:
                 states.append(plant.advance(states[-1], self._inputs(t), p))
             return np.array(states)
