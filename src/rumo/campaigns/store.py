@@ -114,7 +114,7 @@ class Store:
         log = row.get("log")
         self._buffer.append({name: value for name, value in row.items() if name != "log"})
         if log is not None:
-            self._guarded(lambda: self._keep_log(row["key"], log))
+            self.keep_log(row["key"], log)
         if len(self._buffer) >= PART or monotonic() - self._written >= PAUSE:
             self.flush()
 
@@ -149,10 +149,21 @@ class Store:
         """Let others use the folder; what was not flushed is forgotten."""
         self._stack.close()
 
-    def _keep_log(self, key: str, log: bytes) -> None:
+    def keep_log(self, key: str, log: bytes) -> None:
+        """Keep the log of a run, a NetCDF file.
+
+        Raises
+        ------
+        CampaignError
+            If it cannot be written.
+        """
         folder = self.folder / LOGS
-        folder.mkdir(exist_ok=True)
-        write_whole(folder / f"{key}.nc", lambda place: place.write_bytes(log))
+
+        def write() -> None:
+            folder.mkdir(exist_ok=True)
+            write_whole(folder / f"{key}.nc", lambda place: place.write_bytes(log))
+
+        self._guarded(write)
 
     def _guarded(self, write: Callable[[], object]) -> None:
         try:

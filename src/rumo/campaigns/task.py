@@ -43,7 +43,7 @@ class Engine(Protocol):
         ...
 
     def rows(self, work: str, common: Mapping[str, Any], tasks: Iterable[Task]) -> Generator[Row]:
-        """Carry out tasks.
+        """Carry out tasks; the processes that do stay for further ones of the same work and `common`.
 
         Parameters
         ----------

@@ -53,7 +53,7 @@ def run(common: Mapping[str, Any], task: Mapping[str, Any]) -> dict[str, Any]:
     common : mapping
         `recipe`; `kpis`, names in `rumo.studies.kpis.KPIS`; `criteria` as plain data, by name; `logs`, one of `LOGS`.
     task : mapping
-        `controller`, and `settings` on top of the recipe's.
+        `controller`, and `settings` on top of the recipe's; `log`, whether the log is to be kept whatever it shows.
 
     Returns
     -------
@@ -80,7 +80,7 @@ def run(common: Mapping[str, Any], task: Mapping[str, Any]) -> dict[str, Any]:
         known = {"log": _bytes(log)} if log is not None and common.get("logs") != NONE else {}
         vars(error)["row"] = known | _machine(controller)
         raise
-    if _wanted(common, row):
+    if task.get("log") or _wanted(common, row):
         row["log"] = _bytes(log)
     times = {f"{RUN}started": begun.isoformat(timespec="seconds"), f"{RUN}wall_time_s": perf_counter() - clock}
     return row | _machine(controller) | times

@@ -8,6 +8,8 @@ import typer
 
 import rumo
 from rumo.cli.bench import bench
+from rumo.cli.campaign import campaign
+from rumo.cli.compare import compare, rerun
 from rumo.cli.drive import drive
 from rumo.cli.models import models
 from rumo.cli.studies import study
@@ -22,6 +24,9 @@ app = typer.Typer(
 app.command()(drive)
 app.command()(bench)
 app.add_typer(study, name="study")
+app.command()(campaign)
+app.command()(compare)
+app.command()(rerun)
 app.command()(models)
 
 

@@ -64,6 +64,7 @@ class DaskEngine:
             self._client = _connected(distributed, scheduler)
         self._scheduler = scheduler or "this process"
         self._counted, self._workers = monotonic(), sum(self._client.nthreads().values())
+        self._campaign, self._common = "", ("", dict[str, Any]())
 
     def __enter__(self) -> DaskEngine:
         return self
@@ -87,8 +88,10 @@ class DaskEngine:
 
     def rows(self, work: str, common: Mapping[str, Any], tasks: Iterable[Task]) -> Generator[Row]:
         """See `Engine`."""
-        campaign = token_hex(8)
-        batches, window = Batches(tasks), _Window(self._client, (__version__, campaign, work, dict(common)))
+        if not self._campaign or self._common != (work, dict(common)):
+            self._end_campaign()
+            self._campaign, self._common = token_hex(8), (work, dict(common))
+        batches, window = Batches(tasks), _Window(self._client, (__version__, self._campaign, work, dict(common)))
         try:
             while True:
                 while len(window) < WINDOW * self.workers and (batch := batches.take(self.workers)):
@@ -100,11 +103,13 @@ class DaskEngine:
                     batches.learn(len(rows), seconds)
                 yield from rows
         finally:
-            window.cancel()
-            self._everywhere(end_campaign, campaign)
+            if window:  # runs are under way of which nobody will take the rows
+                window.cancel()
+                self._end_campaign()
 
     def close(self) -> None:
         """Leave the cluster; the one within this process ends."""
+        self._end_campaign()
         with suppress(Exception):
             self._client.close()
         if self._cluster is not None:
@@ -131,12 +136,16 @@ class DaskEngine:
         reason = "each worker that began this run ended"
         return [complete_row(batch[0], CRASHED, reason, {}, Attempt("", float("nan"), 1))], 0.0
 
-    def _everywhere(self, function: Callable[[str], None], campaign: str) -> None:
+    def _end_campaign(self) -> None:
+        """End the processes of the latest campaign on all workers."""
+        campaign, self._campaign = self._campaign, ""
+        if not campaign:
+            return
         if self._embedded:
-            function(campaign)
+            end_campaign(campaign)
             return
         with suppress(Exception):  # a worker that has gone has nothing to end; others do so when they were idle
-            self._client.run(function, campaign, on_error="ignore")
+            self._client.run(end_campaign, campaign, on_error="ignore")
 
 
 class _Window:
@@ -146,14 +155,14 @@ class _Window:
         self._client, self._begin = client, begin
         self._batches: dict[str, tuple[list[Task], Any]] = {}
         self._done = SimpleQueue[str]()
-        self._number = 0
+        self._name, self._number = f"rumo-{token_hex(8)}", 0
 
     def __len__(self) -> int:
         return len(self._batches)
 
     def send(self, batch: list[Task]) -> None:
         self._number += 1
-        key = f"rumo-{self._begin[1]}-{self._number}"
+        key = f"{self._name}-{self._number}"
         future = self._client.submit(carry_out_batch, *self._begin, batch, key=key, pure=False, priority=-self._number)
         self._batches[key] = batch, future
         future.add_done_callback(lambda done: self._done.put(done.key))

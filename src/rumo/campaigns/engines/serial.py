@@ -15,11 +15,26 @@ class SerialEngine:
     workers = 1
     address: str | None = None
 
+    def __init__(self) -> None:
+        self._process: Supervised | None = None
+        self._common = ("", dict[str, Any]())
+
+    def __enter__(self) -> SerialEngine:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
     def rows(self, work: str, common: Mapping[str, Any], tasks: Iterable[Task]) -> Generator[Row]:
         """See `Engine`."""
-        with Supervised(work, common) as process:
-            for task in tasks:
-                yield process.run(task)
+        if self._process is None or self._common != (work, dict(common)):
+            self.close()
+            self._process, self._common = Supervised(work, common), (work, dict(common))
+        for task in tasks:
+            yield self._process.run(task)
 
     def close(self) -> None:
-        """Nothing is left to end."""
+        """End the process."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.close()

@@ -1,0 +1,176 @@
+"""A campaign from its file to its report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Any
+
+from rumo.campaigns.carrying_out import carry_out
+from rumo.campaigns.engines import DaskEngine, SerialEngine
+from rumo.campaigns.kept import read_results
+from rumo.campaigns.rows import DONE
+from rumo.campaigns.specification import Campaign
+from rumo.campaigns.standing import Standing, in_words
+from rumo.campaigns.store import Store
+from rumo.campaigns.summary import worst
+from rumo.campaigns.task import Engine
+from rumo.checks import checked
+from rumo.errors import ArgumentError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+WORK = "rumo.campaigns.work:run"
+PILOTS = 2
+"""Draws that are driven first, by each controller, to know how long all will take: the first one sets up as well."""
+MOST_HOURS = 1.0
+"""Estimates above this have to be agreed to."""
+
+
+def campaign(
+    what: Campaign | str | Path,
+    output: str | Path | None = None,
+    *,
+    scheduler: str | None = None,
+    jobs: int | None = None,
+    serial: bool = False,
+    yes: bool = False,
+    retry_failed: bool = False,
+    progress: Callable[[Standing], object] | None = None,
+) -> pd.DataFrame:
+    """Drive a campaign, or what is missing of it, and return its rows.
+
+    What is done is kept in the folder whatever happens: called again with the same campaign, this goes on.
+
+    Parameters
+    ----------
+    what : Campaign, str or Path
+        The campaign, or its file.
+    output : str or Path, optional
+        Folder of rows and logs; named as the file if not given, "campaign" without one.
+    scheduler : str, optional
+        Address of a Dask scheduler, "tcp://host:8786"; processes of this machine if not given.
+    jobs : int, optional
+        Runs at the same time on this machine; one a core if not given.
+    serial : bool
+        One run after the other, in a process beside this one, without Dask.
+    yes : bool
+        Whether it may take longer than an hour.
+    retry_failed : bool
+        Make runs again that raised, crashed or took too long.
+    progress : callable, optional
+        Called with a `Standing` at the beginning and after each run.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each run, see the page on campaigns.
+
+    Raises
+    ------
+    ArgumentError
+        If the campaign cannot be driven, the folder has another one, nobody answers at the scheduler's address, or it
+        would take longer than an hour and nobody has said `yes`; nothing is lost.
+    CampaignError
+        If no more runs can be carried out, or stored. What is stored stays.
+    """
+    wanted = campaign_from(what)
+    folder = folder_of(what) if output is None else Path(output)
+    with Store(folder, wanted.plain) as store, engine_of(scheduler, jobs, serial=serial) as engine:
+        conduct(wanted, engine, store, progress, yes=yes, retry_failed=retry_failed)
+    from rumo.campaigns.store import read_rows
+
+    return read_rows(folder)
+
+
+def campaign_from(what: Campaign | str | Path) -> Campaign:
+    """A campaign, or that of a file, all of whose drives can begin."""
+    if isinstance(what, str | Path):
+        return Campaign.from_toml(what)
+    checked(what, "what", Campaign).rehearse()
+    return what
+
+
+def folder_of(what: Any) -> Path:
+    """Where rows go if nobody says where."""
+    return Path(Path(what).stem) if isinstance(what, str | Path) else Path("campaign")
+
+
+def engine_of(scheduler: str | None, jobs: int | None, *, serial: bool = False) -> DaskEngine | SerialEngine:
+    """What carries runs out.
+
+    Raises
+    ------
+    ArgumentError
+        If more than one is asked for, or nobody answers at the address.
+    """
+    if serial and (scheduler is not None or jobs is not None):
+        raise ArgumentError("serial", "true beside scheduler or jobs", "one of them")
+    if scheduler is not None and jobs is not None:
+        raise ArgumentError("jobs", f"{jobs} beside a scheduler", "one of them", "Its workers say how many there are.")
+    return SerialEngine() if serial else DaskEngine(scheduler, jobs)
+
+
+def conduct(
+    wanted: Campaign,
+    engine: Engine,
+    store: Store,
+    tell: Callable[[Standing], object] | None = None,
+    *,
+    yes: bool = False,
+    retry_failed: bool = False,
+) -> None:
+    """Drive what is missing, and keep the logs of the worst.
+
+    Raises
+    ------
+    ArgumentError
+        If it would take longer than an hour, and `yes` is not said.
+    CampaignError
+        See `carry_out`.
+    """
+    tasks = wanted.tasks
+    if not yes and len(tasks) > PILOTS * len(wanted.controllers):
+        pilots = [task for _, task in zip(range(PILOTS * len(wanted.controllers)), tasks, strict=False)]
+        carry_out(WORK, wanted.common, pilots, engine, store)
+        _require_short(wanted, engine, store)
+    carry_out(WORK, wanted.common, tasks, engine, store, tell, retry_failed=retry_failed)
+    keep_worst(wanted, engine, store)
+
+
+def _require_short(wanted: Campaign, engine: Engine, store: Store) -> None:
+    """Raise where all runs take longer than an hour by what the first ones took, less what is done."""
+    rows = store.rows()
+    seconds = 0.0
+    for _, driven in rows.groupby("controller"):
+        finished = driven[driven["outcome"] == DONE]
+        times = (finished if len(finished) else driven)["run.wall_time_s"].sort_values()
+        # The first run of a process sets up what the others share.
+        seconds += median(times[: max(1, len(times) // 2)]) * (len(wanted.draws) - len(driven))
+    hours = seconds / engine.workers / 3600.0
+    if hours > MOST_HOURS:
+        raise ArgumentError(
+            "runs",
+            f"{len(wanted.draws)}, which would take about {in_words(3600.0 * hours)} with {engine.workers} at a time",
+            f"at most {in_words(3600.0 * MOST_HOURS)}",
+            "If it is meant, say --yes (from Python yes=True); the runs that were timed are kept.",
+        )
+
+
+def keep_worst(wanted: Campaign, engine: Engine, store: Store) -> None:
+    """Make the worst runs again whose logs are not kept, and keep them."""
+    results = read_results(store.folder)
+    rows = [results.rows.iloc[row] for row in worst(results)]
+    missing = {
+        str(row["key"]): wanted.task(int(row["draw"]), str(row["controller"]))
+        for row in rows
+        if results.log_of(str(row["key"])) is None
+    }
+    tasks: list[Any] = [{**task, "log": True} for task in missing.values()]
+    with closing(engine.rows(WORK, wanted.common, tasks)) as again:
+        for row in again:
+            if row.get("log") is not None:
+                store.keep_log(row["key"], row["log"])

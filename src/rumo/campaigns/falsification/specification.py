@@ -1,0 +1,178 @@
+"""What a falsification is: what may get in the way, how its size is measured, and what it is to violate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from math import hypot, inf, isfinite
+from types import MappingProxyType
+from typing import Any
+
+from rumo.campaigns.criteria import Criterion
+from rumo.campaigns.distributions import Integers, LogUniform, Uniform
+from rumo.campaigns.search import SAMPLERS, check_space, options_of
+from rumo.campaigns.specification import Campaign, varied
+from rumo.campaigns.task import Row
+from rumo.checks import as_mapping, checked, finite_number, positive_number, whole_number
+from rumo.errors import ArgumentError, UnknownNameError
+from rumo.registry import CONTROLLERS
+from rumo.scenarios import Plain, Recipe
+
+RAISED = "raised"
+
+
+@dataclass(frozen=True)
+class Falsification:
+    """A search for the smallest disturbance that violates a criterion, before it is begun.
+
+    Parameters
+    ----------
+    recipe : Recipe
+        What is driven.
+    search : mapping of str to Distribution, Grid or sequence
+        What may be chosen: how large a gust is, when it comes.
+    size : mapping of str to float
+        Of these, what is to be small: the value of each at which there is no disturbance. The size of a disturbance
+        is the root of the sum of squares of how far each is from there, over how far it can be: from 0 to 1 for one.
+    criteria : mapping of str to Criterion or mapping
+        What a drive has to meet. A drive that ends with an exception meets none.
+    trials : int
+        How many.
+    controller : str
+        Name in `rumo.registry.CONTROLLERS`.
+    sampler : str
+        One of `rumo.campaigns.search.SAMPLERS`, but for the one of several objectives.
+    seed : int
+        Of what is drawn.
+    batch : int
+        Trials that are proposed at the same time.
+    timeout : float
+        That a drive may take [s].
+
+    Raises
+    ------
+    ArgumentError
+        If a value cannot work.
+    """
+
+    recipe: Recipe
+    search: Mapping[str, Any]
+    size: Mapping[str, float]
+    criteria: Mapping[str, Any]
+    trials: int = 200
+    controller: str = "rti"
+    sampler: str = "tpe"
+    seed: int = 0
+    batch: int = 8
+    timeout: float = 600.0
+
+    def __post_init__(self) -> None:
+        checked(self.recipe, "recipe", Recipe)
+        for name, value in (("trials", self.trials), ("batch", self.batch)):
+            whole_number(value, name, 1)
+        whole_number(self.seed, "seed", 0)
+        positive_number(self.timeout, "timeout")
+        if self.controller not in CONTROLLERS:
+            raise UnknownNameError("controller", self.controller, CONTROLLERS)
+        if self.sampler not in SAMPLERS:
+            raise UnknownNameError("sampler", self.sampler, SAMPLERS)
+        search = {name: varied(name, value, "search") for name, value in as_mapping(self.search, "search").items()}
+        if not search:
+            raise ArgumentError("search", "nothing", "at least one setting that may be chosen")
+        check_space(search)
+        size = as_mapping(self.size, "size")
+        if not size:
+            raise ArgumentError("size", "nothing", "at least one setting of search, and where there is no disturbance")
+        for name, value in size.items():
+            if name not in search:
+                raise UnknownNameError(f"size.{name}", name, search)
+            finite_number(value, f"size.{name}")
+            if options_of(search[name]) is not None:
+                raise ArgumentError(f"size.{name}", "a setting that is one of a list", "one between two ends")
+            if isinstance(search[name], LogUniform):
+                raise ArgumentError(f"size.{name}", "a log-uniform setting", "a uniform one: its size is a distance")
+        own = {"search": search, "size": {name: float(value) for name, value in size.items()}}
+        for name, value in own.items():
+            object.__setattr__(self, name, MappingProxyType(value))
+        object.__setattr__(self, "criteria", self.drives.criteria)
+        if not self.criteria:
+            raise ArgumentError("criteria", "nothing", "at least one: what is to be violated")
+
+    @cached_property
+    def drives(self) -> Campaign:
+        """Of one trial: one drive."""
+        return Campaign(
+            self.recipe,
+            controllers=(self.controller,),
+            kpis=(),
+            criteria=self.criteria,
+            timeout=self.timeout,
+            seed=self.seed,
+            logs="none",
+        )
+
+    @property
+    def plain(self) -> dict[str, Any]:
+        """All of it as plain data, from which `rumo.campaigns.falsification.reading.falsification_of` makes it."""
+        names = ("trials", "controller", "sampler", "seed", "batch", "timeout")
+        return {
+            "falsify": {name: getattr(self, name) for name in names},
+            "scenario": self.recipe.plain,
+            "search": {name: each.plain for name, each in self.search.items()},
+            "size": dict(self.size),
+            "criteria": {name: each.plain for name, each in self.criteria.items()},
+        }
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What decides what is proposed: all but how many trials there are."""
+        plain = self.plain
+        settings = {name: value for name, value in plain["falsify"].items() if name != "trials"}
+        return {**plain, "falsify": settings, "recipe": self.recipe.identity}
+
+    def size_of(self, settings: Mapping[str, Plain]) -> float:
+        """Size of a disturbance."""
+        return hypot(*(self._share(name, float(settings[name])) for name in self.size))  # pyright: ignore[reportArgumentType]
+
+    def smaller(self, settings: Mapping[str, Plain], share: float) -> dict[str, Plain]:
+        """A disturbance whose sized settings are as much nearer to nothing: 1 leaves it, 0 takes it away."""
+        found = dict(settings)
+        for name, nothing in self.size.items():
+            value = nothing + share * (float(settings[name]) - nothing)  # pyright: ignore[reportArgumentType]
+            found[name] = round(value) if isinstance(self.search[name], Integers) else value
+        return found
+
+    def _share(self, name: str, value: float) -> float:
+        choice: Uniform | Integers = self.search[name]
+        nothing = self.size[name]
+        return abs(value - nothing) / max(abs(end - nothing) for end in choice.ends)
+
+    def violated(self, row: Row) -> list[str] | None:
+        """Names of the criteria that a drive violates; None if it does not say, as its process ended."""
+        if row["outcome"] == RAISED:
+            return list(self.criteria)
+        if row["outcome"] != "done":
+            return None
+        return [name for name, criterion in self.criteria.items() if criterion.why(row)]
+
+    def worth(self, settings: Mapping[str, Plain], row: Row) -> float | None:
+        """What the search makes small: the size of a disturbance that violates something, and more for others.
+
+        Of those, the nearer to a limit the better: how far the nearest one is, relative to the limit.
+        """
+        violated = self.violated(row)
+        if violated is None:
+            return None
+        if violated:
+            return self.size_of(settings)
+        return len(self.size) ** 0.5 + min(_distance(criterion, row) for criterion in self.criteria.values())
+
+
+def _distance(criterion: Criterion, row: Row) -> float:
+    """How far a drive that meets a criterion is from its nearer limit, over the limit's magnitude or 1."""
+    value = criterion.value(row)
+    limits = [limit for limit in criterion.limits if isfinite(limit)]
+    if value is None:
+        return inf
+    return min(abs(value - limit) / (abs(limit) or 1.0) for limit in limits)

@@ -1,0 +1,202 @@
+"""What a tuning is: what may be chosen, for which drives, and what is wanted of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+from rumo.campaigns.search import SAMPLERS, SEVERAL, check_space, options_of
+from rumo.campaigns.specification import Campaign, kpi_key, varied
+from rumo.campaigns.tuning.goals import Goal, Limit, Objective, goals_of
+from rumo.checks import as_mapping, checked, positive_number, whole_number
+from rumo.errors import ArgumentError, UnknownNameError
+from rumo.registry import CONTROLLERS
+from rumo.scenarios import Plain, Recipe
+from rumo.scenarios.settings import settings_of
+
+
+@dataclass(frozen=True)
+class Check:
+    """Drives that a tuning knows nothing of, by which it is judged.
+
+    Parameters
+    ----------
+    vary : mapping of str to Grid, Distribution or sequence
+        See `Campaign`.
+    runs : int, optional
+        See `Campaign`.
+    settings : mapping of str to plain data
+        Of all these drives: a longer `duration`.
+    """
+
+    vary: Mapping[str, Any]
+    runs: int | None = None
+    settings: Mapping[str, Plain] = field(default_factory=dict[str, Plain])
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """A search for better settings, before it is begun.
+
+    Parameters
+    ----------
+    recipe : Recipe
+        What is tuned, as it is: its drives are what limits are compared with.
+    search : mapping of str to Distribution, Grid or sequence
+        What may be chosen: uniform, log-uniform, integers, or one of a list.
+    over : mapping of str to Grid, Distribution or sequence
+        The drives of each trial: what varies from one to the next, such as the seed.
+    objectives : mapping of str to Objective or mapping
+        What is wanted of them.
+    limits : mapping of str to Limit or mapping
+        What else has to hold.
+    trials : int
+        How many.
+    runs : int, optional
+        Number of drives of each trial; if not given, the number of points of the grids in `over`.
+    controller : str
+        Name in `rumo.registry.CONTROLLERS`.
+    sampler : str
+        One of `rumo.campaigns.search.SAMPLERS`.
+    seed : int
+        Of what is drawn.
+    batch : int
+        Trials that are proposed at the same time; their drives can be carried out at the same time. It decides what
+        is proposed, so that a tuning gives the same on every machine.
+    storage : str, optional
+        Of the trials: the URL of a database, where several machines tune together; a journal file in the tuning's
+        folder if not given.
+    timeout : float
+        That a drive may take [s].
+    check : Check, optional
+        By which drives the result is judged; not judged if not given.
+
+    Raises
+    ------
+    ArgumentError
+        If a value cannot work.
+    """
+
+    recipe: Recipe
+    search: Mapping[str, Any]
+    over: Mapping[str, Any]
+    objectives: Mapping[str, Any]
+    limits: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    trials: int = 100
+    runs: int | None = None
+    controller: str = "rti"
+    sampler: str = "tpe"
+    seed: int = 0
+    batch: int = 8
+    storage: str | None = None
+    timeout: float = 600.0
+    check: Check | None = None
+
+    def __post_init__(self) -> None:
+        checked(self.recipe, "recipe", Recipe)
+        for name, value in (("trials", self.trials), ("batch", self.batch)):
+            whole_number(value, name, 1)
+        whole_number(self.seed, "seed", 0)
+        positive_number(self.timeout, "timeout")
+        if self.controller not in CONTROLLERS:
+            raise UnknownNameError("controller", self.controller, CONTROLLERS)
+        if self.sampler not in SAMPLERS:
+            raise UnknownNameError("sampler", self.sampler, SAMPLERS)
+        if self.storage is not None and "://" not in self.storage:
+            raise ArgumentError("storage", repr(self.storage), "the URL of a database: sqlite:///tune.db")
+        search = {name: varied(name, value, "search") for name, value in as_mapping(self.search, "search").items()}
+        if not search:
+            raise ArgumentError("search", "nothing", "at least one setting that may be chosen")
+        check_space(search)
+        both = [name for name in search if name in self.over]
+        if both:
+            raise ArgumentError(f"over.{both[0]}", "a setting that is searched for", "another one")
+        objectives, limits = _goals(Objective, self.objectives, "objectives"), _goals(Limit, self.limits, "limits")
+        if not objectives:
+            raise ArgumentError("objectives", "nothing", "at least one")
+        if len(objectives) > 1 and self.sampler not in SEVERAL:
+            expected = f"one objective, or sampler {' or '.join(SEVERAL)}"
+            raise ArgumentError("sampler", f"{self.sampler!r} with {len(objectives)} objectives", expected)
+        own = {"search": search, "over": dict(self.over), "objectives": objectives, "limits": limits}
+        for name, value in own.items():
+            object.__setattr__(self, name, MappingProxyType(value))
+        _ = self.drives, self.judged
+
+    @cached_property
+    def drives(self) -> Campaign:
+        """Of one trial."""
+        return Campaign(
+            self.recipe,
+            self.over,
+            runs=self.runs,
+            controllers=(self.controller,),
+            kpis=tuple(each.kpi for each in (*self.objectives.values(), *self.limits.values())),
+            timeout=self.timeout,
+            seed=self.seed,
+            logs="none",
+        )
+
+    @cached_property
+    def judged(self) -> Campaign | None:
+        """The drives by which the result is judged."""
+        if self.check is None:
+            return None
+        recipe = self.recipe.with_settings(self.check.settings)
+        return replace(self.drives, recipe=recipe, vary=self.check.vary, runs=self.check.runs)
+
+    @cached_property
+    def begun_with(self) -> dict[str, Plain]:
+        """What the recipe has of what may be chosen; without what it does not say."""
+        known = {name: argument.default for name, argument in self.recipe.arguments.items() if not argument.needed}
+        known |= settings_of(self.recipe.run()) | dict(self.recipe.settings)
+        return {name: known[name] for name in self.search if known.get(name) is not None}
+
+    def allows(self, name: str, value: Any) -> bool:
+        """Whether a setting may be chosen so."""
+        choice = self.search[name]
+        options = options_of(choice)
+        return value in options if options is not None else choice.low <= value <= choice.high
+
+    @property
+    def plain(self) -> dict[str, Any]:
+        """All of it as plain data, from which `rumo.campaigns.tuning.reading.tuning_of` makes it again."""
+        return {
+            "tune": {
+                name: getattr(self, name)
+                for name in ("trials", "runs", "controller", "sampler", "seed", "batch", "timeout", "storage")
+                if getattr(self, name) is not None
+            },
+            "scenario": self.recipe.plain,
+            "search": {name: each.plain for name, each in self.search.items()},
+            "over": {name: each.plain for name, each in self.drives.vary.items()},
+            "objectives": {name: each.plain for name, each in self.objectives.items()},
+            "limits": {name: each.plain for name, each in self.limits.items()},
+            **_check(self.judged, self.check),
+        }
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What decides what is proposed: all but how many trials there are, and by what the result is judged."""
+        plain = self.plain
+        settings = {name: value for name, value in plain["tune"].items() if name not in ("trials", "storage")}
+        others = {name: value for name, value in plain.items() if name != "check"}
+        return {**others, "tune": settings, "recipe": self.recipe.identity}
+
+
+def _goals(kind: type[Goal], given: Any, argument: str) -> dict[str, Any]:
+    """Objectives or limits, by figures that there are."""
+    given = as_mapping(given, argument)
+    made = goals_of(kind, {name: each for name, each in given.items() if not isinstance(each, kind)}, argument)
+    goals = {name: made.get(name, each) for name, each in given.items()}
+    return {name: replace(each, kpi=kpi_key(each.kpi, f"{argument}.{name}.kpi")) for name, each in goals.items()}
+
+
+def _check(judged: Campaign | None, check: Check | None) -> dict[str, Any]:
+    if judged is None or check is None:
+        return {}
+    runs = {} if check.runs is None else {"runs": check.runs}
+    vary = {name: each.plain for name, each in judged.vary.items()}
+    return {"check": {**runs, "vary": vary, "scenario": dict(check.settings)}}

@@ -1,0 +1,100 @@
+"""`rumo campaign`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rumo.cli.campaign_progress import campaign_progress
+from rumo.cli.console import Json, Quiet, errors_in_words, print_json, print_lines, print_note, print_report, write_json
+from rumo.cli.sequence import end, incomplete
+
+if TYPE_CHECKING:
+    from rumo.campaigns.engines import DaskEngine, SerialEngine
+    from rumo.campaigns.results import Results
+    from rumo.report.contents import Report
+
+Scheduler = Annotated[
+    str | None, typer.Option(help="Address of a Dask scheduler, tcp://host:8786; this machine's processes without.")
+]
+Workers = Annotated[int | None, typer.Option(min=1, help="Drives at the same time on this machine; one a core.")]
+Serial = Annotated[bool, typer.Option("--serial", help="One drive after the other, without Dask.")]
+
+
+def campaign(
+    file: Annotated[Path, typer.Argument(help="TOML file: what varies, who drives, what is asked.")],
+    output: Annotated[
+        Path | None, typer.Option(help="Folder for rows, logs and report; named as the file if not given.")
+    ] = None,
+    scheduler: Scheduler = None,
+    jobs: Workers = None,
+    serial: Serial = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Also if it takes longer than an hour.")] = False,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Make runs again that raised, crashed or took too long.")
+    ] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Drive a thousand times. What varies, who drives and what is asked is in a file; started again, it goes on."""
+    with errors_in_words():
+        from rumo.campaigns.conduct import campaign_from, conduct, engine_of, folder_of
+        from rumo.campaigns.store import Store
+        from rumo.errors import CampaignError
+
+        wanted = campaign_from(file)
+        folder = folder_of(file) if output is None else output
+        stopped: BaseException | None = None
+        with Store(folder, wanted.plain) as store, engine_of(scheduler, jobs, serial=serial) as engine:
+            tell_dashboard(engine, quiet)
+            try:
+                with campaign_progress(quiet) as tell:
+                    conduct(wanted, engine, store, tell, yes=yes, retry_failed=retry_failed)
+            except (CampaignError, KeyboardInterrupt) as error:
+                stopped = error
+        _report(folder, stopped, as_json=as_json, quiet=quiet)
+        end(stopped)
+
+
+def tell_dashboard(engine: DaskEngine | SerialEngine, quiet: bool) -> None:
+    """Where a browser shows what is going on, if anywhere."""
+    if engine.address and not quiet:
+        print_note(f"Dask's dashboard: {engine.address}")
+
+
+def _report(folder: Path, stopped: BaseException | None, *, as_json: bool, quiet: bool) -> None:
+    """Write the report of what there is, and show it."""
+    from rumo.campaigns.kept import read_results
+    from rumo.errors import ArgumentError
+
+    try:
+        results: Results = read_results(folder)
+    except ArgumentError:
+        if stopped is None:
+            raise
+        return  # nothing is done yet
+    from rumo.campaigns.report import report
+
+    found = report(results)
+    if stopped is not None:
+        found = incomplete(found, f"{len(results.rows)} of {results.asked} runs are done", stopped)
+    write_report(found, folder, as_json=as_json, quiet=quiet)
+
+
+def write_report(report: Report, folder: Path, *, as_json: bool, quiet: bool) -> None:
+    """`summary.json` and `report.html`, and what the terminal shows of them."""
+    from math import inf
+
+    from rumo.interrupts import interruptible
+    from rumo.report.page import write_page
+
+    with interruptible(inf):
+        write_json(report.summary, folder / "summary.json")
+        write_page(folder / "report.html", report)
+    if as_json:
+        print_json(report.summary)
+    elif not quiet:
+        print_report(report)
+        print_lines(["", f"Report: {folder / 'report.html'}"])
