@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rumo.campaigns.distributions import Distribution
 from rumo.campaigns.sampling import SEED
-from rumo.campaigns.work import scenario_of, with_controller
+from rumo.campaigns.work import scenario_of, task_run
 from rumo.controllers import RealTimeIteration
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.registry import CONTROLLERS
@@ -59,7 +59,7 @@ def begin(run: Any) -> None:
 
 def _begin(campaign: Campaign, settings: Mapping[str, Plain], controller: str, tried: str | None) -> None:
     try:
-        begin(with_controller(campaign.recipe.with_settings(settings).run(), controller))
+        begin(task_run(campaign.common, {"controller": controller, "settings": settings}))
     except ArgumentError as error:
         raise _told(error, campaign, settings, tried) from None
     except Exception as error:  # of the plant, or of a base of the user's

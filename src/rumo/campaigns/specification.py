@@ -16,7 +16,7 @@ from rumo.campaigns.distributions import Distribution
 from rumo.campaigns.reading import campaign_arguments, errors_of
 from rumo.campaigns.rehearsal import rehearse
 from rumo.campaigns.sampling import SAMPLINGS, SEED, Draws, Grid
-from rumo.campaigns.work import LOGS
+from rumo.campaigns.work import CONTROLLER, LOGS
 from rumo.checks import as_mapping, checked, known_names, positive_number, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.registry import CONTROLLERS
@@ -29,7 +29,6 @@ from rumo.version import __version__
 FORMAT = 1
 """Of keys and rows: others do not go together."""
 MOST_RUNS = 10_000_000
-CONTROLLER = "controller"
 APART = 1_000_000
 """Seeds of drives in two campaigns are so far apart as their seeds, times this."""
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from rumo.campaigns.columns import KPI, RUN, STATUS
 from rumo.campaigns.criteria import Criterion
 from rumo.controllers import Controller
-from rumo.scenarios import Recipe, changed
+from rumo.scenarios import Recipe
 from rumo.simulation import Scenario, save
 from rumo.studies.base import shared_controller
 from rumo.studies.drive.run import DriveRun, to_its_end
@@ -25,6 +25,8 @@ from rumo.version import __version__
 if TYPE_CHECKING:
     import xarray as xr
 
+CONTROLLER = "controller"
+"""The setting that says who drives."""
 WORK = "rumo.campaigns.work:run"
 """By which engines know it."""
 TIMES = ("step_time", "deadline_misses")
@@ -39,8 +41,7 @@ FAILED, ALL, NONE = LOGS = ("failed", "all", "none")
 def prepare(common: Mapping[str, Any]) -> None:
     """Do once what all runs share: kernels are compiled, packages imported."""
     for name in common.get("controllers", ()):
-        run = with_controller(Recipe.of(common["recipe"]).run(), name)
-        scenario = scenario_of(run)
+        scenario = scenario_of(task_run(common, {"controller": name, "settings": {}}))
         if scenario is not None:
             shared_controller(scenario)
 
@@ -88,13 +89,7 @@ def run(common: Mapping[str, Any], task: Mapping[str, Any]) -> dict[str, Any]:
 
 def task_run(common: Mapping[str, Any], task: Mapping[str, Any]) -> Any:
     """The run of a task, before it is run."""
-    made = Recipe.of(common["recipe"]).with_settings(task["settings"]).run()
-    return with_controller(made, task["controller"])
-
-
-def with_controller(run: Any, name: str) -> Any:
-    """The same run with another controller."""
-    return changed(run, {"controller": name})
+    return Recipe.of(common["recipe"]).with_settings({**task["settings"], CONTROLLER: task["controller"]}).run()
 
 
 def scenario_of(run: Any) -> Scenario | None:

@@ -98,7 +98,7 @@ def hints_of(kind: type) -> Mapping[str, Any]:
 
 def as_hinted(value: Any, hint: Any, where: str) -> Any:
     """Plain data as a field of a type wants it: tables as dataclasses, lists as tuples, names as schemes."""
-    options = get_args(hint) if get_origin(hint) in (UnionType, Union) else (hint,)
+    options = options_of(hint)
     if value is None or (value == "none" and type(None) in options):
         return None
     if isinstance(value, str) and Discretization in options and str not in options:
@@ -113,13 +113,25 @@ def as_hinted(value: Any, hint: Any, where: str) -> Any:
         kind = next((option for option in options if isinstance(option, type) and is_dataclass(option)), None)
         if kind is not None:
             return made(value, where, kind)
-        inner = next((get_args(option)[-1] for option in options if _is_mapping(option)), None)
+        if hint is not None and not any(map(_is_mapping, options)):
+            return made(value, where)
+        inner = item_hint(hint)
         return {key: as_hinted(item, inner, f"{where}.{key}") for key, item in value.items()}
     if isinstance(value, list):
         return tuple(as_hinted(item, None, f"{where}.{i}") for i, item in enumerate(value))
     if isinstance(value, int) and not isinstance(value, bool) and float in options and int not in options:
         return float(value)
     return value
+
+
+def options_of(hint: Any) -> tuple[Any, ...]:
+    """Types that a hint leaves to choose from."""
+    return get_args(hint) if get_origin(hint) in (UnionType, Union) else (hint,)
+
+
+def item_hint(hint: Any) -> Any:
+    """Type of the values of a mapping; None if it is not known."""
+    return next((get_args(option)[-1] for option in options_of(hint) if _is_mapping(option)), None)
 
 
 def _is_mapping(hint: Any) -> bool:

@@ -69,7 +69,8 @@ def renumbered(problem: Problem, changes: Mapping[str, Mapping[str, Any]]) -> Pr
     ArgumentError
         On any value that cannot work.
     """
-    return _renumbered(problem, _frozen(changes))
+    changes = {argument: items for argument, items in changes.items() if items}
+    return _renumbered(problem, _frozen(changes)) if changes else problem
 
 
 @lru_cache(maxsize=64)

@@ -11,9 +11,11 @@ from typing import Any, get_args
 
 import numpy as np
 
+from rumo.controllers import RealTimeIteration
 from rumo.errors import ArgumentError, UnknownNameError
+from rumo.registry import CONTROLLERS
 from rumo.scenarios.arguments import Plain
-from rumo.scenarios.kinds import KIND, as_hinted
+from rumo.scenarios.kinds import KIND, as_hinted, item_hint, options_of
 from rumo.scenarios.parts import Closed, hint_of, parts_of, with_parts
 
 LEAVES = (bool, int, float, str)
@@ -69,8 +71,11 @@ def changed(run: Any, settings: Mapping[str, Plain]) -> Any:
         tree.add(name.split("."), value)
     first = tree.parts.pop("controller", None)  # it says which settings there are
     try:
-        run = run if first is None else _with(run, _Tree(parts={"controller": first}), "")
-        return _with(run, tree, "") if tree.parts else run
+        if first is not None:
+            run = _with(run, _Tree(parts={"controller": first}), "", None)
+            if CONTROLLERS.get(first.value) is not RealTimeIteration:
+                tree.parts.pop("backend", None)  # of that alone: campaigns have several controllers
+        return _with(run, tree, "", None) if tree.parts else run
     except ArgumentError as error:
         if error.argument.startswith(tuple(settings)):
             raise
@@ -113,22 +118,22 @@ class _Tree:
         self.parts.setdefault(path[0], _Tree()).add(path[1:], value)
 
 
-def _with(value: Any, tree: _Tree, where: str) -> Any:
-    """A part with what a tree says of the parts within it."""
+def _with(value: Any, tree: _Tree, where: str, kind: Any) -> Any:
+    """A part, of a type as far as it is known, with what a tree says of the parts within it."""
     known = parts_of(value)
     if known is None:
         raise UnknownNameError(f"{where}.{next(iter(tree.parts))}", next(iter(tree.parts)), ())
     changes: dict[str, Any] = {}
     for name, inner in tree.parts.items():
         named = f"{where}.{name}" if where else name
-        hint = hint_of(value, name)
+        hint = item_hint(kind) if isinstance(value, Mapping) else hint_of(value, name)
         if name not in known and (isinstance(value, Closed) or not isinstance(value, Mapping) or not inner.given):
             raise UnknownNameError(named, name, known)
         part = known.get(name)
         if inner.given:
             part = _as_part(part, inner.value, hint, named)
         if inner.parts:
-            part = _with(_begun(part, hint), inner, named)
+            part = _with(_begun(part, hint), inner, named, hint)
         changes[name] = part
     return with_parts(value, changes)
 
@@ -137,7 +142,7 @@ def _begun(part: Any, hint: Any) -> Any:
     """A part to set something in: where there is none, that of its type with nothing set."""
     if part is not None:
         return part
-    kinds = [option for option in get_args(hint) if is_dataclass(option)]
+    kinds = [option for option in options_of(hint) if is_dataclass(option)]
     try:
         return kinds[0]() if len(kinds) == 1 else None  # pyright: ignore[reportCallIssue]
     except TypeError:

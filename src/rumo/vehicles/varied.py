@@ -87,7 +87,7 @@ def varied_parameters(parameters: VehicleParameters, varied: object) -> dict[str
     names = as_names(varied, "varied")
     for name in names:
         if name not in VARIABLES:
-            raise UnknownNameError("varied", name, VARIABLES, "Friction is a parameter already: mu.")
+            raise UnknownNameError("varied", name, VARIABLES)
     return {name: VARIABLES[name].parameter(parameters) for name in names}
 
 
