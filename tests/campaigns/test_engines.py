@@ -1,6 +1,7 @@
 """The same rows wherever they are made, on sockets that nobody else can reach."""
 
 import os
+import socket
 import subprocess
 import sys
 import time
@@ -87,10 +88,26 @@ def test_on_a_cluster_that_exists(serial_rows):
                 DaskEngine(address)
 
 
-def test_a_scheduler_that_is_not_there(monkeypatch):
-    monkeypatch.setattr("rumo.campaigns.engines.dask.PATIENCE", 0.3)
-    for address in ("tcp://127.0.0.1:9", "nonsense://x", "127.0.0.1:99999", ""):
-        with pytest.raises(rumo.ArgumentError, match=r"scheduler: got .*, expected the address of a Dask scheduler"):
+@pytest.mark.parametrize(
+    ("address", "reason"),
+    [
+        ("tcp://127.0.0.1:9", "Connection refused"),
+        ("127.0.0.1:99999", "port must be 0-65535"),
+        ("localhost", "invalid literal"),
+        ("", "invalid literal"),
+    ],
+)
+def test_a_scheduler_that_is_not_there(address, reason):
+    with pytest.raises(rumo.ArgumentError, match=r"scheduler: got .* no scheduler answers .*, expected the") as caught:
+        DaskEngine(address)
+    assert reason in str(caught.value)
+
+
+def test_somebody_else_in_the_place_of_a_scheduler(monkeypatch):
+    monkeypatch.setattr("rumo.campaigns.engines.dask.PATIENCE", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        with pytest.raises(rumo.ArgumentError, match="no scheduler answers"):
             DaskEngine(address)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import socket
 from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import suppress
 from importlib.metadata import version as version_of
@@ -198,12 +199,14 @@ def _embedded_cluster(distributed: Any, workers: int) -> Any:
 def _connected(distributed: Any, scheduler: str) -> Any:
     """A client of a scheduler that has a worker, with the same version of Rumo on all of them."""
     try:
+        _knock(scheduler)
         client = distributed.Client(scheduler, timeout=PATIENCE, set_as_default=False)
-    except (OSError, ValueError, TimeoutError) as error:
+    except (OSError, ValueError, OverflowError) as error:
+        reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
         raise ArgumentError(
             "scheduler",
-            f"{scheduler!r}, where nobody answers ({type(error).__name__})",
-            "the address of a Dask scheduler, such as tcp://host:8786",
+            f"{scheduler!r}, where no scheduler answers ({reason})",
+            "the address of one of Dask, such as tcp://host:8786",
             "Start one with dask scheduler, and workers with dask worker ADDRESS; or leave it out.",
         ) from None
     try:
@@ -227,6 +230,23 @@ def _connected(distributed: Any, scheduler: str) -> Any:
         client.close()
         raise
     return client
+
+
+def _knock(address: str) -> None:
+    """Whether there is somebody at all, before threads of Dask's wait for an answer; says why not.
+
+    Raises
+    ------
+    OSError, ValueError, OverflowError
+        If there is not.
+    """
+    protocol, _, place = address.rpartition("://")
+    host, _, port = place.rpartition(":")
+    if protocol in ("", "tcp", "tls"):
+        with socket.create_connection((host.strip("[]"), int(port)), PATIENCE) as connection:
+            # A scheduler speaks first; Dask would wait for ever for one that does not.
+            if protocol != "tls" and not connection.recv(1):
+                raise ConnectionError("it hung up")
 
 
 def _be_quiet() -> None:
