@@ -92,7 +92,7 @@ def test_on_a_cluster_that_exists(serial_rows):
     ("address", "reason"),
     [
         ("tcp://127.0.0.1:9", "Connection refused"),
-        ("127.0.0.1:99999", "port must be 0-65535"),
+        ("127.0.0.1:x", "invalid literal"),
         ("localhost", "invalid literal"),
         ("", "invalid literal"),
     ],

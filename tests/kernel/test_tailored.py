@@ -136,30 +136,41 @@ with open(out, 'wb') as file:
 
 
 @needs_cc
-def test_two_processes_at_once(made, cache, monkeypatch, tmp_path):
-    """Each compiler ends only when the other one has begun."""
+def test_three_processes_at_once_compile_once(made, cache, monkeypatch, tmp_path):
+    """The compiler ends only when all three want the same library."""
     body = f"""
-runs = pathlib.Path({str(tmp_path / "runs")!r})
-while len(runs.read_text().split()) < 2: time.sleep(0.01)
+while len(list(pathlib.Path({str(tmp_path)!r}).glob("wanted-*"))) < 3: time.sleep(0.01)
+time.sleep(0.2)
 shutil.copy({str(made)!r}, out)
 """
     runs = stand_in(monkeypatch, tmp_path, body)
     program = (
-        "import rumo; from problems import pendulum; c = rumo.RealTimeIteration(pendulum(), backend='tailored');"
+        f"import os, pathlib, rumo; from problems import pendulum; problem = pendulum();"
+        f"pathlib.Path({str(tmp_path)!r}, f'wanted-{{os.getpid()}}').touch();"
+        "c = rumo.RealTimeIteration(problem, backend='tailored');"
         "print(c.backend, c.step([0.3, 0.0], {'angle': 0.1}).command['torque'])"
     )
     environment = os.environ | {"PYTHONPATH": os.path.dirname(sys.modules["problems"].__file__)}
-    both = [
+    all_three = [
         subprocess.Popen([sys.executable, "-c", program], env=environment, stdout=subprocess.PIPE, text=True)
-        for _ in range(2)
+        for _ in range(3)
     ]
-    answers = [process.communicate(timeout=300)[0].split() for process in both]
+    answers = [process.communicate(timeout=300)[0].split() for process in all_three]
     assert answers[0][0] == "tailored"
-    assert answers[0] == answers[1]
-    assert len(runs()) == 2
-    kept = libraries(cache)
-    assert kept
-    assert list(open_cache().find(kept[0].stem.rpartition("-")[0])) == kept
+    assert answers == [answers[0]] * 3
+    assert len(runs()) == 1
+    (kept,) = libraries(cache)
+    assert list(cache.iterdir()) == [kept], "nothing but the library is left"
+
+
+@needs_cc
+def test_a_process_that_hangs_while_it_builds_is_not_waited_for_for_ever(made, cache, monkeypatch, tmp_path):
+    runs = stand_in(monkeypatch, tmp_path, f"shutil.copy({str(made)!r}, out)")
+    monkeypatch.setattr(tailored, "_fingerprint", lambda *_: "name")
+    monkeypatch.setattr(tailored, "PATIENCE", 0.1)
+    with open_cache().alone("name", 1.0):
+        assert first_command(backend="tailored")[0] == "tailored"
+    assert runs() == ["run"]
 
 
 FAILURES = {

@@ -8,11 +8,13 @@ import shutil
 import stat
 import time
 from collections.abc import Generator, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
 
 from platformdirs import user_cache_path
+
+from rumo.locks import locked
 
 SUFFIX = ".dll" if os.name == "nt" else ".so"
 SIZE = 200.0
@@ -95,6 +97,22 @@ class Cache:
             raise CacheError(f"{self.folder} cannot be written to: {error.strerror or error}. {CURE}") from None
         finally:
             shutil.rmtree(own, ignore_errors=True)
+
+    @contextmanager
+    def alone(self, name: str, patience: float) -> Generator[None]:
+        """Within the block, this process builds what has that name: others that want to as well wait.
+
+        Parameters
+        ----------
+        name : str
+            Of what is built.
+        patience : float
+            After which both build [s]: the other may hang.
+        """
+        with ExitStack() as stack:
+            with suppress(OSError):  # whether anything can be written there is said by who has to
+                stack.enter_context(locked(self.folder / f"{name}.lock", patience))
+            yield
 
     def keep(self, made: Path, name: str) -> None:
         """Move a library from a workshop to its place in one go: no process ever sees half of it."""

@@ -84,20 +84,32 @@ def tailored(description: Description, solver: str | None = None) -> Build:
         if name in _hopeless:
             raise CompilerError(_hopeless[name])
         kept = open_cache()
-        for library in kept.find(name):
+        found = _found(kept, name)
+        if found is not None:
+            return found
+        with kept.alone(name, PATIENCE):
+            found = _found(kept, name)  # another process may have built it meanwhile
+            if found is not None:
+                return found
+            logger.info("Compiling the core for this problem, which is kept: it takes some seconds, once.")
             try:
-                return _load(library)
-            except (OSError, ValueError):  # it does not work on this machine
-                kept.remove(library)
-        logger.info("Compiling the core for this problem, which is kept: it takes some seconds, once.")
-        try:
-            return _compile(sources, command, kept, name)
-        except CompilerError as error:
-            _hopeless[name] = str(error)  # the next controller need not wait for it again
-            raise
+                return _compile(sources, command, kept, name)
+            except CompilerError as error:
+                _hopeless[name] = str(error)  # the next controller need not wait for it again
+                raise
     except (CompilerError, CacheError, OSError, ValueError) as error:
         _report(str(error))
         return portable()
+
+
+def _found(kept: Cache, name: str) -> Build | None:
+    """A build that the cache has."""
+    for library in kept.find(name):
+        try:
+            return _load(library)
+        except (OSError, ValueError):  # it does not work on this machine
+            kept.remove(library)
+    return None
 
 
 _hopeless: dict[str, str] = {}
