@@ -13,13 +13,18 @@ namespace {
 
 class Integrator {
 public:
-    explicit Integrator(nb::dict description) : api_(portable_table()) {
+    // With the address of a rumo_right_side, in whose library it must stay; 0 for tapes.
+    Integrator(nb::dict description, std::uintptr_t code) : api_(portable_table()) {
         Description d(description);
         const auto system = d.read<rumo_system>();
         raise_if(api_->system_check(&system));
         sizes_ = system.sizes;
         memory_ = std::make_unique<unsigned char[]>(api_->integrator_size(&system));
         integrator_ = api_->integrator_create(&system, memory_.get());
+        if (code == 0) return;
+        const auto *right_side = reinterpret_cast<const rumo_right_side *>(code);
+        if (right_side->version != RUMO_CORE_VERSION) throw nb::value_error("the tailored build belongs to another version");
+        api_->integrator_tailor(integrator_, right_side);
     }
 
     void reset() { api_->integrator_reset(integrator_); }

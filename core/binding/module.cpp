@@ -70,7 +70,7 @@ NB_MODULE(_core, module) {
         .def("advance", &Filter::advance)
         .def("linearise", &Filter::linearise);
     nb::class_<Integrator>(module, "Integrator")
-        .def(nb::init<nb::dict>(), "description"_a)
+        .def(nb::init<nb::dict, std::uintptr_t>(), "description"_a, "code"_a = 0)
         .def("reset", &Integrator::reset)
         .def("advance", &Integrator::advance)
         .def("algebraic", &Integrator::algebraic)

@@ -184,6 +184,14 @@ typedef struct rumo_qp_result {
 /* A system integrated over time, see integrate/advance.c. */
 typedef struct rumo_integrator rumo_integrator;
 
+/* The two tapes of a system as code, which computes as tape.c does: whether all is finite. */
+struct guess_lanes;
+typedef int rumo_evaluation(const rumo_tape *, const struct guess_lanes *, int lanes, double *registers, double *terms);
+typedef struct rumo_right_side {
+    int version;
+    rumo_evaluation *rates, *jacobian;
+} rumo_right_side;
+
 /* How an integration ended. */
 typedef enum rumo_ending {
     RUMO_ARRIVED,
@@ -295,6 +303,7 @@ typedef struct rumo_api {
     rumo_fault (*system_check)(const rumo_system *);
     size_t (*integrator_size)(const rumo_system *);
     rumo_integrator *(*integrator_create)(const rumo_system *, void *memory);
+    void (*integrator_tailor)(rumo_integrator *, const rumo_right_side *); /* code in place of its tapes, from now on */
     void (*integrator_reset)(rumo_integrator *); /* to what it was when it was made, but for the work */
     /* The state x (nx,) after a duration [s], with inputs u (nu,) and parameters p held, into `end` unless it fails. It goes on
      * where it ended: with step, Jacobian and solution of before, which another state makes it forget. Algebraic variables are

@@ -50,6 +50,7 @@
 #define check_system NULL
 #define integrator_size NULL
 #define create_integrator NULL
+#define tailor_integrator NULL
 #define reset_integrator NULL
 #define advance_integrator NULL
 #define algebraic_variables NULL
@@ -127,6 +128,7 @@ RUMO_EXPORT const rumo_api RUMO_TABLE = {
     check_system,
     integrator_size,
     create_integrator,
+    tailor_integrator,
     reset_integrator,
     advance_integrator,
     algebraic_variables,

@@ -1,4 +1,4 @@
-/* Sine, cosine, tangent and arctangent without branches, so that loops over stages become vector instructions.
+/* Sine, cosine, tangent, arctangent, maximum and minimum without branches, so that loops over stages become vector instructions.
  *
  * Within two units in the last place, of an angle where |x| <= 1e6. Whoever hands over others asks is_far first, over all
  * lanes at once, and takes the C library's functions there, which reduce any angle exactly. Source: Moshier, Cephes
@@ -73,5 +73,10 @@ static inline double arctangent(double x) {
     const double angle = base + ((t * (z * p / q) + rest) + t);
     return copysign(angle, x);
 }
+
+/* fmax and fmin, which are calls: the other one where one is no number. */
+static inline double maximum(double a, double b) { return (a < b) | (a != a) ? b : a; }
+
+static inline double minimum(double a, double b) { return (b < a) | (a != a) ? b : a; }
 
 #endif

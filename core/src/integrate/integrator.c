@@ -6,6 +6,7 @@
 #include "base/copies.c"
 #include "check.c"
 #include "integrate/integrator.h"
+#include "stages/tape.c"
 
 /* More variables than this are not solved for by dense matrices. */
 #define MOST_DENSE 1000
@@ -32,9 +33,9 @@ static void lay_out_integrator(arena *a, rumo_integrator *q, const rumo_system *
     q->registers = alloc_doubles(a, (ptrdiff_t)(few > many ? few : many) * CHUNK);
     q->terms = alloc_doubles(a, (ptrdiff_t)s->slots * LANES);
     q->J = alloc_doubles(a, given->J.count);
-    const int dense = f->unknowns == 0;
-    q->inverse = alloc_doubles(a, dense ? 3 * (ptrdiff_t)q->n * ld : 0);
-    q->pivots = alloc_ints(a, dense ? q->n : 0);
+    const int whole = f->unknowns == 0;
+    q->inverse = alloc_doubles(a, whole ? 3 * (ptrdiff_t)q->n * ld : 0);
+    q->pivots = alloc_ints(a, whole ? q->n : 0);
     q->blocks = patterns_of(a, &q->system.factor, f);
     q->diagonal = alloc_ints(a, f->inner);
     q->entries = alloc_doubles(a, 3 * ((ptrdiff_t)f->unknowns + 2 * (ptrdiff_t)rumo_sum(f->below, f->unknowns)));
@@ -61,6 +62,7 @@ RARE static rumo_integrator *create_integrator(const rumo_system *system, void *
     rumo_integrator *q = (rumo_integrator *)alloc(&a, sizeof *q);
     lay_out_integrator(&a, q, system);
     const rumo_system *const s = &q->system;
+    q->code = (rumo_right_side){RUMO_CORE_VERSION, evaluate, evaluate};
     /* What is estimated is the error of a formula of lower order, larger than that of the step by about a third of its digits. */
     const double tolerance = *s->tolerance;
     q->relative = 0.1 * pow(tolerance, 2.0 / 3.0);
@@ -76,6 +78,8 @@ RARE static rumo_integrator *create_integrator(const rumo_system *system, void *
     reset_integrator(q);
     return q;
 }
+
+static void tailor_integrator(rumo_integrator *q, const rumo_right_side *code) { q->code = *code; }
 
 RARE static rumo_fault check_system(const rumo_system *q) {
     const rumo_sizes *s = &q->sizes;

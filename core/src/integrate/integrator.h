@@ -13,6 +13,7 @@
 /* Vectors of variables (x, z) are padded to ld; three of them, of stages or of T^-1 times them, lie one after the other. */
 struct rumo_integrator {
     rumo_system system;
+    rumo_right_side code;       /* of its tapes, or what runs them */
     int n, nx, nz, ld;
     double relative, *absolute; /* tolerances of the estimate of errors; (n,) */
     double iterated;            /* what Newton's method may leave, in units of these tolerances */

@@ -22,7 +22,7 @@ static int rates_of_stages(rumo_integrator *q) {
     }
     const guess_lanes in = arguments_of(q);
     ++q->work.rates;
-    return evaluate(&q->system.rates, &in, LANES, q->registers, q->terms);
+    return q->code.rates(&q->system.rates, &in, LANES, q->registers, q->terms);
 }
 
 static void to_all_lanes(const double *x, int count, double *lanes) {
@@ -35,7 +35,7 @@ static int rates_at(rumo_integrator *q, const double *y, double *rate) {
     to_all_lanes(y, q->n, q->y_lanes);
     const guess_lanes in = arguments_of(q);
     ++q->work.rates;
-    const int finite = evaluate(&q->system.rates, &in, LANES, q->registers, q->terms);
+    const int finite = q->code.rates(&q->system.rates, &in, LANES, q->registers, q->terms);
     for (int i = 0; i < q->n; ++i) rate[i] = q->terms[(ptrdiff_t)i * LANES];
     return finite;
 }
@@ -47,7 +47,7 @@ static int jacobian_at_start(rumo_integrator *q) {
     const guess_lanes in = arguments_of(q);
     ++q->work.jacobians;
     q->factored = 0.0;
-    const int finite = evaluate(&q->system.jacobian, &in, LANES, q->registers, q->terms);
+    const int finite = q->code.jacobian(&q->system.jacobian, &in, LANES, q->registers, q->terms);
     for (int i = 0; i < q->n; ++i) q->rate[i] = q->terms[(ptrdiff_t)i * LANES];
     for (int e = 0; e < J->count; ++e) q->J[e] = q->terms[(ptrdiff_t)(J->first + e) * LANES];
     return q->has_jacobian = q->fresh = finite && all_finite(q->J, J->count);

@@ -117,8 +117,8 @@ static inline double run_chunk(const rumo_tape *tape, const guess_lanes *in, int
         case RUMO_FLOOR: EACH(floor(a));
         case RUMO_CEIL: EACH(ceil(a));
         case RUMO_FMOD: EACH(fmod(a, b));
-        case RUMO_FMIN: EACH(fmin(a, b));
-        case RUMO_FMAX: EACH(fmax(a, b));
+        case RUMO_FMIN: EACH(minimum(a, b));
+        case RUMO_FMAX: EACH(maximum(a, b));
         case RUMO_LT: EACH(a < b ? 1.0 : 0.0);
         case RUMO_LE: EACH(a <= b ? 1.0 : 0.0);
         case RUMO_EQ: EACH(a == b ? 1.0 : 0.0);

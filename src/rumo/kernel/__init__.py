@@ -8,7 +8,7 @@ from rumo.kernel.export import problem_source
 from rumo.kernel.guard import Guard, Trajectory
 from rumo.kernel.settings import Settings
 from rumo.kernel.system import Ending, SystemProgram, can_integrate, describe_system
-from rumo.kernel.tailored import Build, portable, tailored
+from rumo.kernel.tailored import Build, portable, tailored, tailored_right_side
 
 __all__ = [
     "BOUNDS",
@@ -35,4 +35,5 @@ __all__ = [
     "portable",
     "problem_source",
     "tailored",
+    "tailored_right_side",
 ]

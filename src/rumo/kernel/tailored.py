@@ -12,7 +12,7 @@ import shutil
 import signal
 import site
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from errno import ENOSPC
@@ -21,11 +21,14 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any
 
+from rumo.kernel._core import VERSION
 from rumo.kernel._core import __file__ as extension
 from rumo.kernel._core import build as build_name
 from rumo.kernel.cache import CURE, SUFFIX, Cache, CacheError, open_cache
 from rumo.kernel.description import Description
+from rumo.kernel.elimination import LANES
 from rumo.kernel.straight import composition_source, elimination_source
+from rumo.kernel.system import SystemProgram
 from rumo.version import __version__
 
 logger = logging.getLogger("rumo")
@@ -77,36 +80,54 @@ def tailored(description: Description, solver: str | None = None) -> Build:
     if description.values["elimination_blocks"] == 0 and length > LONGEST:
         logger.info("The portable build of the core is used: compiling so wide a model takes long and gains little.")
         return portable()
+    return _built(_sources(description, solver), _load, "problem")
+
+
+def tailored_right_side(program: SystemProgram) -> Build:
+    """The right-hand side of a system as code, compiled if the cache has none; its table is a `rumo_right_side`.
+
+    The portable build, which runs tapes, if that is not possible or no gain.
+    """
+    if len(program.jacobian.code) > LONGEST:
+        logger.info("A right-hand side of so many operations is not compiled: it takes long and gains little.")
+        return portable()
+    unit = '#define RUMO_TAILORED\n#define RUMO_EVALUATE "model.h"\n#include "integrate/tailored.c"\n'
+    tapes = {"evaluate": program.jacobian, "evaluate_inner": program.rates}
+    model = "".join(tape.source(name, LANES) for name, tape in tapes.items())
+    return _built((unit, model), _load_right_side, "plant")
+
+
+def _built(sources: tuple[str, str], load: Callable[[Path], Build], kind: str) -> Build:
+    """What is made of sources, from the cache or compiled; the portable build where that fails."""
     try:
-        sources = _sources(description, solver)
         command = compiler()
         name = _fingerprint(sources, command)
         if name in _hopeless:
             raise CompilerError(_hopeless[name])
         kept = open_cache()
-        found = _found(kept, name)
+        found = _found(kept, name, load)
         if found is not None:
             return found
         with kept.alone(name, PATIENCE):
-            found = _found(kept, name)  # another process may have built it meanwhile
+            found = _found(kept, name, load)  # another process may have built it meanwhile
             if found is not None:
                 return found
-            logger.info("Compiling the core for this problem, which is kept: it takes some seconds, once.")
+            logger.info("Compiling the core for this %s, which is kept: it takes some seconds, once.", kind)
             try:
-                return _compile(sources, command, kept, name)
+                return _compile(sources, command, kept, name, load)
             except CompilerError as error:
-                _hopeless[name] = str(error)  # the next controller need not wait for it again
+                _hopeless[name] = str(error)  # the next one need not wait for it again
                 raise
     except (CompilerError, CacheError, OSError, ValueError) as error:
         _report(str(error))
         return portable()
 
 
-def _found(kept: Cache, name: str) -> Build | None:
+def _found(kept: Cache, name: str, load: Callable[[Path], Build]) -> Build | None:
     """A build that the cache has."""
     for library in kept.find(name):
         try:
-            return _load(library)
+            return load(library)
         except (OSError, ValueError):  # it does not work on this machine
             kept.remove(library)
     return None
@@ -173,7 +194,9 @@ def compiler() -> tuple[str, ...]:
     raise CompilerError("no C compiler was found (cc, gcc, clang, or the package ziglang).")
 
 
-def _compile(sources: tuple[str, str], command: tuple[str, ...], kept: Cache, name: str) -> Build:
+def _compile(
+    sources: tuple[str, str], command: tuple[str, ...], kept: Cache, name: str, load: Callable[[Path], Build]
+) -> Build:
     """Compile beside the target, and keep what works."""
     with kept.workshop() as own:
         unit, model, made = own / "unit.c", own / "model.h", own / f"library{SUFFIX}"
@@ -192,7 +215,7 @@ def _compile(sources: tuple[str, str], command: tuple[str, ...], kept: Cache, na
             cure = f" {CURE}" if os.strerror(ENOSPC) in complaint else ""
             raise CompilerError(f"{shlex.join(command)} failed: {complaint}{cure}")
         try:
-            loaded = _load(made)
+            loaded = load(made)
         except (OSError, ValueError) as error:
             raise CompilerError(f"{shlex.join(command)} made a library that cannot be used: {error}. {CURE}") from None
         kept.keep(made, name)
@@ -232,6 +255,14 @@ def _load(library: Path) -> Build:
     table = ctypes.addressof(ctypes.c_char.in_dll(loaded, "rumo_core_tailored"))
     build_name(table)  # raises if it is of another version
     return Build("tailored", table, loaded)
+
+
+def _load_right_side(library: Path) -> Build:
+    loaded = ctypes.CDLL(str(library))
+    version = ctypes.c_int.in_dll(loaded, "rumo_right_side_tailored")  # its first member
+    if version.value != VERSION:
+        raise ValueError("the tailored build belongs to another version")
+    return Build("tailored", ctypes.addressof(version), loaded)
 
 
 @cache

@@ -75,6 +75,8 @@ _C = {
     "cos": "cosine({a})",
     "tan": "tangent({a})",
     "atan": "arctangent({a})",
+    "fmin": "minimum({a}, {b})",
+    "fmax": "maximum({a}, {b})",
     "sign": "{a} > 0.0 ? 1.0 : {a} < 0.0 ? -1.0 : {a}",
     "lt": "{a} < {b} ? 1.0 : 0.0",
     "le": "{a} <= {b} ? 1.0 : 0.0",
@@ -90,7 +92,7 @@ _C = {
 _ANGLES = ("sin", "cos", "tan")
 """Those of angles, whose functions in C are made for angles up to a limit: see elementary.h."""
 
-_OF_TWO = ("atan2", "pow", "hypot", "copysign", "fmod", "fmin", "fmax")
+_OF_TWO = ("atan2", "pow", "hypot", "copysign", "fmod")
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,6 +20,7 @@ from rumo.simulation.integrators.radau import cannot
 logger = logging.getLogger("rumo")
 
 Method = Literal["auto", "radau5", "sundials"]
+Backend = Literal["portable", "tailored"]
 
 
 class Plant:
@@ -42,6 +43,14 @@ class Plant:
         "radau5": the core (Hairer and Wanner, 1996, IV.8). "sundials": CVODES, or IDAS with algebraic variables
         (Hindmarsh et al., 2005). "auto": the core where it has all operations of the model, and SUNDIALS for samples in
         which it fails and for other models.
+    backend : str
+        Of the core. "portable": it runs the model's operations. "tailored": they are compiled on first use, which takes
+        a second, kept in the same cache as the controllers' builds, and a sample takes less than half of the time.
+
+    Attributes
+    ----------
+    backend : str
+        "tailored", "portable" or "sundials": what it is integrated by.
 
     Raises
     ------
@@ -56,9 +65,10 @@ class Plant:
         tolerance: float = 1e-9,
         scales: Mapping[str, float] | None = None,
         method: Method = "auto",
+        backend: Backend = "portable",
     ) -> None:
         self.model = checked(model, "model", Model)
-        self._settings = (model, sampling_time, tolerance, scales, method)
+        self._settings = (model, sampling_time, tolerance, scales, method, backend)
         self.name, self.divisible = model.name, True
         self.states, self.inputs = model.states, model.inputs
         observed = (model.algebraic, model.outputs)
@@ -72,7 +82,10 @@ class Plant:
         self._shapes = (len(model.states),), (len(model.inputs),), (len(model.parameters),)
         self._given = Integrated(model, self.sampling_time, tolerance, sizes)
         self._alone = method != "auto"
-        self._core = Radau(self._given) if _by_core(model, method) else None
+        if backend not in get_args(Backend):
+            raise ArgumentError("backend", repr(backend), f"one of {', '.join(map(repr, get_args(Backend)))}")
+        self._core = Radau(self._given, backend == "tailored") if _by_core(model, method) else None
+        self.backend = self._core.build if self._core else "sundials"
         self._sundials = None if self._core else Sundials(self._given)
 
     def reset(self) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rumo.errors import PlantError
-from rumo.kernel import Ending, Integrator, can_integrate, describe_system
+from rumo.kernel import Ending, Integrator, can_integrate, describe_system, portable, tailored_right_side
 from rumo.model import Model
 from rumo.recording import missing_in_model, system_program
 from rumo.signals import Array
@@ -30,17 +30,20 @@ class Radau:
     ----------
     given : Integrated
         What is integrated: a model that `cannot` says nothing about.
+    compiled : bool
+        Whether its right-hand side is compiled, where that is possible.
     """
 
-    def __init__(self, given: Integrated) -> None:
+    def __init__(self, given: Integrated, compiled: bool = False) -> None:
         self._given = given
         model = given.model
         program = system_program(model)
+        self._build = tailored_right_side(program) if compiled else portable()
         self._description = describe_system(program, given.scales, model.algebraic_guess, given.tolerance)
         self._start()
 
     def _start(self) -> None:
-        self._integrator = Integrator(self._description)
+        self._integrator = Integrator(self._description, self._build.table)
         self._count, self._algebraic = len(self._given.model.states), len(self._given.model.algebraic)
 
     def reset(self) -> None:
@@ -71,6 +74,11 @@ class Radau:
     def seek(self, z: Array) -> None:
         """See `Integration.seek`."""
         self._integrator.seek(np.ascontiguousarray(z))
+
+    @property
+    def build(self) -> str:
+        """Whether it is "tailored" or "portable"."""
+        return self._build.name
 
     @property
     def work(self) -> dict[str, Any]:
