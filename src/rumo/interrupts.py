@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import ContextDecorator
+from importlib import import_module
+from sys import builtin_module_names
 from types import FrameType
 from typing import Any
 
@@ -27,8 +28,12 @@ class Interrupted(KeyboardInterrupt):
         self.log = log
 
 
-@contextmanager
-def interruptible(patience: float = 1) -> Generator[None, None, None]:
+# Without what Python's own module puts around them, enumerations for numbers, which take longer than many a block.
+_signal: Any = import_module("_signal" if "_signal" in builtin_module_names else "signal")
+_INTERRUPT = int(signal.SIGINT)
+
+
+class interruptible(ContextDecorator):  # noqa: N801 -- used as a function
     """Make Ctrl-C within the block a KeyboardInterrupt at its end at the latest, whatever the block returned or raised.
 
     CasADi asks Python for signals while it computes. A KeyboardInterrupt then passes through SUNDIALS or IPOPT, which
@@ -45,24 +50,35 @@ def interruptible(patience: float = 1) -> Generator[None, None, None]:
         comes of the block is given up although something in it took the KeyboardInterrupt for an error of its own;
         with infinity nothing breaks the block off, which should be short.
     """
-    handler = signal.getsignal(signal.SIGINT)
-    if not callable(handler) or threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    kept: list[tuple[int, FrameType | None]] = []
 
-    def keep(number: int, frame: FrameType | None) -> None:
-        kept.append((number, frame))
-        if len(kept) > patience:
-            handler(number, frame)
+    def __init__(self, patience: float = 1) -> None:
+        self._patience = patience
+        self._handler: Any = None
+        self._kept: list[tuple[int, FrameType | None]] = []
 
-    signal.signal(signal.SIGINT, keep)
-    try:
-        yield
-    except KeyboardInterrupt:  # it is on its way, with what it brings
-        kept.clear()
-        raise
-    finally:
-        signal.signal(signal.SIGINT, handler)
-        if kept:
-            handler(*kept[0])
+    def _recreate_cm(self) -> interruptible:
+        """Another one for each call of a function that it decorates."""
+        return interruptible(self._patience)
+
+    def __enter__(self) -> None:
+        handler = _signal.getsignal(_INTERRUPT)
+        if callable(handler) and threading.current_thread() is threading.main_thread():
+            self._handler = handler
+            try:
+                _signal.signal(_INTERRUPT, self._keep)
+            except BaseException:  # of a signal that came in the meantime
+                _signal.signal(_INTERRUPT, handler)
+                raise
+
+    def __exit__(self, kind: type[BaseException] | None, error: object, trace: object) -> None:
+        if self._handler is None:
+            return
+        _signal.signal(_INTERRUPT, self._handler)
+        # A KeyboardInterrupt is on its way already, with what it brings.
+        if self._kept and not (kind is not None and issubclass(kind, KeyboardInterrupt)):
+            self._handler(*self._kept[0])
+
+    def _keep(self, number: int, frame: FrameType | None) -> None:
+        self._kept.append((number, frame))
+        if len(self._kept) > self._patience:
+            self._handler(number, frame)

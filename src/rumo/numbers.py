@@ -66,6 +66,16 @@ class ProblemNumbers:
         for value in vars(self).values():
             value.flags.writeable = False
 
+    def with_parameters(self, parameters: Array) -> ProblemNumbers:
+        """The same with other parameters (N, np_): all other arrays are shared, not copied."""
+        other = object.__new__(type(self))
+        vars(other).update(vars(self), parameters=_fixed(parameters))
+        return other
+
+    def differences(self, other: ProblemNumbers) -> list[str]:
+        """Which arrays are not the very ones of others."""
+        return [field.name for field in fields(self) if getattr(self, field.name) is not getattr(other, field.name)]
+
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
         self.__post_init__()

@@ -158,6 +158,12 @@ class PlanLayout:
         self.parts = [slice(start, end) for start, end in zip([0, *ends], ends, strict=False)]
         self.size = ends[-1]
 
+    def renumbered(self, problem: Problem) -> PlanLayout:
+        """The same for a problem that differs in numbers alone."""
+        other = object.__new__(type(self))
+        vars(other).update(vars(self), problem=problem)
+        return other
+
 
 class Outcome(NamedTuple):
     """What is known of a step besides the numbers of its plan, as the C core says it.
@@ -249,8 +255,10 @@ class Plan:
     @property
     def health(self) -> tuple[Symptom, ...]:
         """What is wrong with single readings of the measurement: held back, leaving the prediction, or stuck."""
-        problem, found = self.problem, self._outcome[8] or ()
-        of_each = zip(problem.model.states, found[::3], found[1::3], found[2::3], strict=bool(found))
+        problem, found = self.problem, self._outcome[8]
+        if not found:
+            return ()
+        of_each = zip(problem.model.states, found[::3], found[1::3], found[2::3], strict=True)
         return tuple(
             Symptom(name, float(size), float(samples) * problem.sampling_time, SYMPTOMS[int(kind) - 1])
             for name, size, samples, kind in of_each
@@ -261,6 +269,15 @@ class Plan:
     def problem(self) -> Problem:
         """What was solved, with the numbers of that step."""
         return self._layout.problem
+
+    @property
+    def layout(self) -> PlanLayout:
+        """Where its parts lie in `packed()`."""
+        return self._layout
+
+    def packed(self) -> Array:
+        """A copy of all its numbers (size,), see `PlanLayout`."""
+        return self._numbers.copy()
 
     def _part(self, index: int) -> Array:
         return self._numbers[self._layout.parts[index]].reshape(self._layout.shapes[index])

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from rumo.checks import as_mapping, checked, checked_items, positive_number, whole_number
 from rumo.discretization import Discretization
-from rumo.draft import Draft
+from rumo.draft import Draft, parameter_table
 from rumo.errors import ArgumentError, FrozenError
 from rumo.grid import Grid, MoveBlocks, blocks_of, stages_of
 from rumo.measurements import Measurement, sensor_numbers
@@ -218,6 +218,13 @@ class Problem(Sealed):
         ArgumentError
             On any value that cannot work, as when a problem is made.
         """
+        other = object.__new__(type(self))
+        vars(other).update(vars(self))
+        if all(part is None for part in (weights, ranges, bounds, move_bounds, limits, penalties, safe_input)):
+            # As references do at each sample.
+            table = parameter_table(self.model, self.parameters, as_mapping(parameters, "parameters"))
+            vars(other)["numbers"] = self.numbers.with_parameters(table)
+            return other
         draft = Draft(self._structure, self.numbers)
         entries = (
             ("weights", weights, draft.weigh),
@@ -232,8 +239,6 @@ class Problem(Sealed):
                 enter(name, value, f"{argument}[{name!r}]")
         draft.choose_safe_input(as_mapping(safe_input, "safe_input"))
         draft.set_parameters(as_mapping(parameters, "parameters"))
-        other = object.__new__(type(self))
-        vars(other).update(vars(self))
         other._take(draft.finished())
         return other
 

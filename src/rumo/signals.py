@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from math import isfinite
 from typing import Any, Generic, TypeVar, overload
 
 import numpy as np
@@ -114,9 +115,9 @@ class Signals:
     def finite_vector(self, values: Values, argument: str, default: Array | None = None) -> Array:
         """Like `vector`, and NaN or infinity raises `ArgumentError`."""
         vector = self.vector(values, argument, default)
-        for name, value in zip(self._units, vector, strict=True):
-            if not np.isfinite(value):
-                raise ArgumentError(f"{argument}[{name!r}]", repr(float(value)), "a finite number")
+        for name, value in zip(self._units, vector.tolist(), strict=True):
+            if not isfinite(value):
+                raise ArgumentError(f"{argument}[{name!r}]", repr(value), "a finite number")
         return vector
 
     def _from_mapping(self, values: Mapping[str, Any], argument: str, default: Array | None) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -155,8 +154,8 @@ class Transcription:
 
     def renumbered(self, problem: Problem) -> Transcription:
         """The same stage functions for a problem that differs in numbers alone, see `Problem.changed`."""
-        other = copy.copy(self)
-        other.problem = problem
+        other = object.__new__(type(self))
+        vars(other).update(vars(self), problem=problem)
         return other
 
     def given(self, parameters: Array) -> Array:

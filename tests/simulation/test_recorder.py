@@ -1,9 +1,11 @@
 """Logs of loops of one's own, and what logs hold besides what was recorded."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from problems import pendulum
 
 import rumo
@@ -143,6 +145,25 @@ def test_limits_constraints_and_outputs_are_in_the_log():
     assert np.isnan(true.sel(constraint="power")[0])  # no input before the first sample is known
     np.testing.assert_allclose(true.sel(constraint="rate_lower"), -0.5 - rate, atol=1e-14)
     np.testing.assert_array_equal(log["slacks"], np.maximum(log["constraints"], 0.0))
+
+
+def test_samples_are_recorded_by_name_as_they_are_by_place():
+    """A recorder that was told the loop's own signals takes arrays as they are, any other looks names up."""
+    problem = pendulum()
+    model = problem.model
+    sensors = rumo.Sensors({"angle": 0.01, "rate": 0.02})
+    estimator = rumo.estimation.ExtendedKalman({"angle": 0.01, "rate": 0.02}, {"angle": 1e-3, "rate": 1e-3})
+    scenario = Scenario(problem, model, [0.3, 0.0], {"angle": 0.1}, 0.5, sensors=sensors, estimator=estimator)
+    loop = ClosedLoop(replace(scenario, faults=(rumo.faults.SkippedSample(range(3, 5)),)))
+    own = rumo.Recorder(loop.controller, loop.plant, measured=loop.measured)
+    named = rumo.Recorder(
+        loop.controller, Plant(model, 0.05), measured=dict(zip(model.states, model.states.units, strict=True))
+    )
+    for sample in loop:
+        own.record(sample)
+        named.record(sample)
+    xr.testing.assert_identical(own.log(), named.log())
+    assert np.isfinite(own.log()["estimated_deviation"]).all()
 
 
 def test_a_constraint_by_the_name_of_a_limit_is_none():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from rumo.errors import ArgumentError, ShapeError, UnknownNameError
 from rumo.problem import Problem
 from rumo.signals import Array
 
+FLOAT = np.dtype(float)
 ReferenceWindow = Mapping[str, ArrayLike] | ArrayLike
 Inputs = Mapping[str, float] | ArrayLike
 
@@ -39,8 +40,7 @@ def reference_window(problem: Problem, reference: ReferenceWindow) -> dict[str, 
     named: Mapping[str, Any]
     if isinstance(reference, Mapping):
         named = reference
-        model = problem.model
-        allowed = dict.fromkeys((*problem.outputs, *model.states, *model.inputs, *model.outputs))
+        allowed = followed(problem)
         for name in named:
             if name not in allowed:
                 raise UnknownNameError("reference", name, allowed)
@@ -64,6 +64,30 @@ def reference_window(problem: Problem, reference: ReferenceWindow) -> dict[str, 
     return window
 
 
-def tracked(problem: Problem, window: Mapping[str, Array]) -> Array:
-    """The reference of the tracked outputs (N + 1, ny)."""
-    return np.column_stack([window[name] for name in problem.outputs])
+def followed(problem: Problem) -> dict[str, None]:
+    """Names of all that a reference may tell, in order."""
+    model = problem.model
+    return dict.fromkeys((*problem.outputs, *model.states, *model.inputs, *model.outputs))
+
+
+def tracked(problem: Problem, reference: ReferenceWindow, allowed: Set[str] = frozenset()) -> Array:
+    """The reference of the tracked outputs (N + 1, ny), contiguous; `allowed` are names known to be `followed`."""
+    named: Any = reference
+    if not (isinstance(named, dict) and named.keys() <= allowed and _is_window(problem, named)):
+        named = reference_window(problem, reference)
+    wanted = np.empty((problem.horizon + 1, len(problem.outputs)))
+    for i, name in enumerate(problem.outputs):
+        wanted[:, i] = named[name]
+    return wanted
+
+
+def _is_window(problem: Problem, named: Mapping[str, Any]) -> bool:
+    """Whether a reference is one as `reference_window` returns it: floats at each stage, of all tracked outputs.
+
+    So they come in closed loops; what is wrong with others is for that function to say.
+    """
+    shape = (problem.horizon + 1,)
+    for values in named.values():
+        if type(values) is not np.ndarray or values.dtype is not FLOAT or values.shape != shape:
+            return False
+    return all(name in named for name in problem.outputs)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from rumo.checks import whole_number
 from rumo.discretization import Discretization
 from rumo.errors import ArgumentError
 from rumo.estimation.base import Estimate, state_columns
+from rumo.measurements import TURN
 from rumo.problem import Problem
 from rumo.signals import Array
 
@@ -50,27 +52,45 @@ class Butterworth:
 
 
 class RunningButterworth:
-    """A filter with memory; it starts at the first finite sample, in steady state."""
+    """A filter with memory; it starts at the first finite sample, in steady state.
+
+    SciPy's `sosfilt` computes the same of a whole signal; for one sample, what it checks takes longer than this.
+    """
 
     def __init__(self, sections: Array, angles: np.ndarray, columns: list[int]) -> None:
-        from scipy.signal import sosfilt, sosfilt_zi
+        from scipy.signal import sosfilt_zi
 
-        self._sections, self._steady, self._filter = sections, np.asarray(sosfilt_zi(sections)), sosfilt
-        self._angles = angles
-        self._columns = columns
-        self._memory: Array | None = None
-        self._previous: Array | None = None
+        count, steady = len(columns), np.asarray(sosfilt_zi(sections))
+        # Rows (nx,): NumPy takes longer for products with single numbers.
+        self._sections = [tuple(np.full(count, value) for value in section) for section in np.delete(sections, 3, 1)]
+        self._steady = [(first, second) for first, second in steady.tolist()]
+        self._angles = np.flatnonzero(angles).tolist()
+        self._columns = np.array(columns)
+        self._memory: list[tuple[Array, Array]] = []
+        self._previous: list[float] = []
 
     def update(self, measured: Array, applied: Array, parameters: Array) -> Estimate:
         """Filter a sample (m,). States with NaN or infinity among them pass through and leave the memory as it was."""
         states = np.asarray(measured, dtype=float)[self._columns]
-        if not np.isfinite(states).all():
+        now = states.tolist()
+        if not all(map(isfinite, now)):
             return Estimate(states)
-        if self._previous is None or self._memory is None:
-            self._previous = states
-            self._memory = self._steady[:, :, None] * states
-        turn = 2.0 * np.pi * np.round((states - self._previous) / (2.0 * np.pi))
-        states = states - np.where(self._angles, turn, 0.0)
-        self._previous = states
-        filtered, self._memory = self._filter(self._sections, states[None], axis=0, zi=self._memory)
-        return Estimate(filtered[0])
+        if not self._memory:
+            self._previous = now
+            self._memory = [(first * states, second * states) for first, second in self._steady]
+        for i in self._angles:
+            turns = (now[i] - self._previous[i]) / TURN
+            if abs(turns) > 0.5:
+                states[i] -= TURN * np.round(turns)
+                now[i] = states.item(i)
+        self._previous = now
+        return Estimate(self._filtered(states))
+
+    def _filtered(self, values: Array) -> Array:
+        """Sections of second order, one after the other: the transposed direct form II."""
+        for i, (b0, b1, b2, a1, a2) in enumerate(self._sections):
+            first, second = self._memory[i]
+            filtered = b0 * values + first
+            self._memory[i] = b1 * values - a1 * filtered + second, b2 * values - a2 * filtered
+            values = filtered
+        return values

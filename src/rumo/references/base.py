@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -83,7 +83,16 @@ ReferenceLike = Reference | Callable[[Array], Mapping[str, Any]] | Mapping[str, 
 
 
 class OfTime(ABC):
-    """A reference that follows the clock, wherever the system is: a function of times (n,) [s]."""
+    """A reference that follows the clock, wherever the system is: a function of times (n,) [s].
+
+    Attributes
+    ----------
+    pointwise : bool
+        Values (n,) at a time depend, to the last bit, on that time alone and not on the others it is asked for with:
+        a closed loop asks such a reference for many samples at once.
+    """
+
+    pointwise: ClassVar[bool] = False
 
     @abstractmethod
     def __call__(self, t: Array) -> dict[str, Array]:
@@ -103,6 +112,8 @@ class Held(OfTime):
     values : mapping of str to float
         In the signals' units.
     """
+
+    pointwise: ClassVar[bool] = True
 
     values: Mapping[str, float]
 
@@ -148,6 +159,17 @@ def of_time(function: Callable[[Array], Mapping[str, Any]], argument: str) -> Of
     cure = "What depends on the state is an object with preview(times, x)."
     check_signature(function, argument, 1, "a function of times alone", cure)
     return _Function(function, argument)
+
+
+def is_pointwise(reference: object) -> TypeGuard[OfTime]:
+    """Whether a reference may be asked for many samples at once: see `OfTime.pointwise`.
+
+    A class that previews or computes in another way than the one that is pointwise has to say so itself.
+    """
+    if not isinstance(reference, OfTime) or type(reference).preview is not OfTime.preview:
+        return False
+    computing = next(kind for kind in type(reference).__mro__ if "__call__" in vars(kind))
+    return bool(vars(computing).get("pointwise", False))
 
 
 def as_reference(reference: object) -> Reference:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -38,6 +39,8 @@ class Road(OfTime):
     start : float
         Arc length at which it begins at time 0 [m], the first station's if not given.
     """
+
+    pointwise: ClassVar[bool] = True
 
     stations: Sequence[float]
     curvature: Sequence[float]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -26,6 +27,8 @@ class Sine(OfTime):
     period : float
         [s].
     """
+
+    pointwise: ClassVar[bool] = True
 
     signal: str
     middle: float
@@ -56,6 +59,8 @@ class Sampled(OfTime):
     steps : bool
         Each value is held until the next, without lines.
     """
+
+    pointwise: ClassVar[bool] = True
 
     times: Sequence[float]
     values: Mapping[str, Sequence[float]]

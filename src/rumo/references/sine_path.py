@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from scipy.special import ellipeinc
@@ -29,6 +30,8 @@ class SinePath(OfTime):
     vehicle : VehicleParameters, optional
         The car that is to drive it, or anything else that is `Rolling`.
     """
+
+    pointwise: ClassVar[bool] = True
 
     amplitude: float = 3.0
     wavelength: float = 60.0
@@ -70,12 +73,14 @@ class SinePath(OfTime):
         ends = k * distance / np.sqrt(1.0 + slope**2), k * distance
         low, high = np.minimum(*ends), np.maximum(*ends)
         phase = 0.5 * (low + high)
+        found = np.zeros(phase.shape, dtype=bool)  # those are left as they are: no time is to depend on others
         for _ in range(200):
             excess = scale * ellipeinc(phase, m) - distance
             low, high = np.where(excess < 0.0, phase, low), np.where(excess < 0.0, high, phase)
             newton = phase - excess / (scale * np.sqrt(1.0 - m * np.sin(phase) ** 2))
             new = np.where((low <= newton) & (newton <= high), newton, 0.5 * (low + high))
-            step, phase = np.abs(new - phase), new
-            if (step <= 4e-16 * np.abs(phase)).all():
+            step, phase = np.abs(new - phase), np.where(found, phase, new)
+            found |= step <= 4e-16 * np.abs(new)
+            if found.all():
                 break
         return phase

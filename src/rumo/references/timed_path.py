@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, ClassVar, cast
 
 import numpy as np
 
@@ -62,6 +62,8 @@ class TimedPath(OfTime):
         The path is that of the rear axle's middle, and not of the centre of gravity: in tight bends at walking speed a
         car can follow that exactly, forwards and in reverse. It needs a vehicle with `l_r`.
     """
+
+    pointwise: ClassVar[bool] = True
 
     path: Path
     profile: SpeedProfile
@@ -161,6 +163,8 @@ class Legs(OfTime):
     legs : sequence of TimedPath
         At least one, all with the same signals. None but the last may be a flying lap.
     """
+
+    pointwise: ClassVar[bool] = True
 
     legs: Sequence[TimedPath]
     _begins: Array = field(init=False, repr=False)

@@ -23,7 +23,7 @@ class Piece:
     begin, end : float
         Shares of the sample.
     mean, last : ndarray, shape (nu,)
-        Input that the plant is given: its mean over the piece, and what it is at the end.
+        Input that the plant is given: its mean over the piece, and what it is at the end. Not to be written to.
     """
 
     begin: float
@@ -61,9 +61,13 @@ class ActuatedInputs:
         self._commands: list[float] = first.tolist()
         longest = max(whole for whole, _ in self._late)
         self._past = deque([read_only(first)] * (longest + 1), maxlen=longest + 1)
+        followed = all(actuation.of(name).follows_at_once for name in inputs)
+        self._at_once = followed and not any(whole or share for whole, share in self._late)
 
     def over(self, applied: Array, stops: Sequence[float] = ()) -> list[Piece]:
         """The sample in which these commands (nu,) come first; `stops` are further shares at which pieces end."""
+        if self._at_once and not stops:
+            return [Piece(0.0, 1.0, applied, applied)]
         self._past.appendleft(read_only(applied))
         arriving = [float(self._past[whole][i]) for i, (whole, _) in enumerate(self._late)]
         begins = [share for _, share in self._late]

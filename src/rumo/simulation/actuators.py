@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-import numpy as np
-
 from rumo.controllers import Controller
 from rumo.signals import Array, read_only
 from rumo.simulation.faults import Fault
@@ -87,14 +85,14 @@ class Actuators:
         inputs = self._controller.problem.model.inputs
         for fault, before in bad:
             done = fault.act(command.copy(), self._past, before, inputs)
-            command = inputs.finite_vector(done, f"{type(fault).__name__}.act()")
-        return read_only(command)
+            command = read_only(inputs.finite_vector(done, f"{type(fault).__name__}.act()"))
+        return command
 
     def tell(self, k: int) -> None:
         """Tell the controller what is decided at sample k, where it takes anything else for granted.
 
         A fault may be known, a sample have been skipped, the controller have been reset.
         """
-        decided = np.array([self.believed, *self._known.ahead(k)])
-        if not np.array_equal(decided, self._controller.applied):
+        decided = [self.believed, *self._known.ahead(k)]
+        if [inputs.tolist() for inputs in decided] != self._controller.applied.tolist():
             self._controller.applied = decided

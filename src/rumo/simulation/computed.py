@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import casadi as ca
 import numpy as np
@@ -46,7 +46,7 @@ def completed(problem: Problem, columns: Mapping[str, Array], numbers: Sequence[
     true = columns["true_outputs"]
     return {
         "estimated_outputs": estimated.full().T,
-        "true_constraints": constraints.full().T - np.array([now.limits[0] for now in numbers]),
+        "true_constraints": constraints.full().T - of_each(numbers, lambda now: now.limits[0]),
         "true_outputs": np.where(np.isnan(true), computed.full().T, true),
     }
 
@@ -64,13 +64,19 @@ def limits_at(problem: Problem, numbers: Sequence[ProblemNumbers]) -> dict[str, 
     model, K = problem.model, len(numbers)
     shape = K, len(model.inputs)
     lower, upper = np.full((K, len(model.states)), -np.inf), np.full((K, len(model.states)), np.inf)
-    limits = np.array([now.limits[0] for now in numbers]).reshape(K, len(problem.constraints))
+    limits = of_each(numbers, lambda now: now.limits[0]).reshape(K, len(problem.constraints))
     for item, limit in zip(problem.constraints, limits.T, strict=True):
         for i in range(len(model.states)):
             if ca.is_equal(item.expression, model.x[i]):
                 upper[:, i] = np.minimum(upper[:, i], limit)
             elif ca.is_equal(item.expression, -model.x[i], 1):
                 lower[:, i] = np.maximum(lower[:, i], -limit)
-    least = np.array([now.input_lower[problem.delay] for now in numbers]).reshape(shape)
-    most = np.array([now.input_upper[problem.delay] for now in numbers]).reshape(shape)
+    least = of_each(numbers, lambda now: now.input_lower[problem.delay]).reshape(shape)
+    most = of_each(numbers, lambda now: now.input_upper[problem.delay]).reshape(shape)
     return {"input": (least, most), "state": (lower, upper)}
+
+
+def of_each(numbers: Sequence[ProblemNumbers], value: Callable[[ProblemNumbers], Array]) -> Array:
+    """A value (K, n) of the numbers of each sample, most of which are those of the sample before."""
+    values = {key: value(now) for key, now in {id(now): now for now in numbers}.items()}
+    return np.array([values[id(now)] for now in numbers])

@@ -50,22 +50,25 @@ class Disturbances:
         times: Array,
         rng: np.random.Generator,
     ) -> None:
-        self._values = np.tile(default, (len(times), 1))
+        values = np.tile(default, (len(times), 1))
         self._by_state: list[tuple[int, str, Callable[[Array], float]]] = []
         for name, source in sources.items():
             column, argument = parameters.index(name), f"disturbances[{name!r}]"
             if isinstance(source, Disturbance):
-                self._values[:, column] = _sampled(source, argument, times.copy(), rng)
+                values[:, column] = _sampled(source, argument, times.copy(), rng)
             else:
                 value = source.start(states)
                 if not callable(value):
                     expected = "a function from a state (nx,) to a number"
                     raise ArgumentError(f"{argument}.start()", repr(value), expected)
                 self._by_state.append((column, argument, value))
+        self._values = read_only(values)
 
     def at(self, k: int, x: Array) -> Array:
-        """Parameters (np_,) at sample k, of a plant in state x (nx,)."""
-        values = self._values[k]
+        """Parameters (np_,) at sample k, of a plant in state x (nx,); read-only."""
+        if not self._by_state:
+            return self._values[k]
+        values = self._values[k].copy()
         for column, argument, value in self._by_state:
             values[column] = finite_number(value(x.copy()), f"{argument}.start()(x)")
         return read_only(values)

@@ -164,10 +164,13 @@ def _unfit(path: str | Path, what: str) -> ArgumentError:
 
 def signal(log: xr.Dataset, variable: str, name: str) -> Array:
     """One signal of a log as an array (K,): `signal(log, "plant", "v_x")`."""
-    dim = log[variable].dims[-1]
-    return log[variable].sel({dim: name}).to_numpy()
+    values = log.variables[variable]
+    known = log.variables[values.dims[-1]].to_numpy().tolist()
+    if name not in known:
+        raise KeyError(name)
+    return values.to_numpy()[..., known.index(name)]
 
 
 def names(log: xr.Dataset, dim: str) -> Sequence[str]:
     """Signal names along a dimension of a log."""
-    return [str(name) for name in log[dim].to_numpy()]
+    return [str(name) for name in log.variables[dim].to_numpy().tolist()]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Generator, Sequence
 from contextlib import closing
-from math import isclose
+from math import isclose, isfinite
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
@@ -21,8 +21,7 @@ from rumo.estimation import Unfiltered
 from rumo.estimation.base import as_estimate, started
 from rumo.interrupts import interruptible
 from rumo.plan import Plan
-from rumo.references import as_reference, start_reference
-from rumo.signals import Array, NamedArray, read_only
+from rumo.signals import Array, NamedArray, Signals, read_only
 from rumo.simulation.actuated import ActuatedInputs, mean_input
 from rumo.simulation.actuators import Actuators
 from rumo.simulation.compensation import Compensation
@@ -34,7 +33,7 @@ from rumo.simulation.lateness import as_it_is, believed_inputs, require_same_lat
 from rumo.simulation.moment import Moment
 from rumo.simulation.monitors import Monitors
 from rumo.simulation.observation import Observation
-from rumo.simulation.previews import PreviewedParameters, first_of, previewed
+from rumo.simulation.previews import PreviewedParameters, Previews, first_of
 from rumo.simulation.sample import Sample
 from rumo.simulation.sensors import RunningSensors, known_observer, require_same_units
 
@@ -44,6 +43,9 @@ if TYPE_CHECKING:
 
 _RUNS: WeakKeyDictionary[Controller, object] = WeakKeyDictionary()
 """The latest run of each controller."""
+YOUNG, ALL = 1, 2
+"""Generations of garbage: what a run with a controller that is there already leaves behind is young, and to go through
+all objects there are takes longer than a short run."""
 
 
 class ClosedLoop:
@@ -86,7 +88,7 @@ class ClosedLoop:
     def __init__(self, scenario: Scenario, controller: Controller | None = None) -> None:
         if not hasattr(scenario, "make_controller"):
             raise ArgumentError("scenario", repr(scenario), "a rumo.Scenario")
-        self.scenario = scenario
+        self.scenario, self._makes_controller = scenario, controller is None
         self.controller = (
             scenario.make_controller() if controller is None else checked(controller, "controller", Controller)
         )
@@ -122,8 +124,7 @@ class ClosedLoop:
         parts = self._actuation.moves or any(in_samples(each)[1] for each in (*self._acting.rest, *late))
         self._driven = DrivenPlant(plant, scenario.faults, scenario.disturbances, self._columns, parts)
         with interruptible():
-            self._states = known_observer(plant, observed.states)
-            self._outputs = known_observer(plant, problem.outputs)
+            self._true = known_observer(plant, (*observed.states, *problem.outputs))
 
     def __len__(self) -> int:
         return self.scenario.samples
@@ -140,9 +141,10 @@ class ClosedLoop:
         `Sample`, and `next` goes on. What is sent takes the way of a controller's command, delay and faults included.
         """
         scenario, controller, plant = self.scenario, self.controller, self.plant
-        problem = controller.problem
-        reference, observation = start_reference(as_reference(scenario.reference), problem), self._observation
-        seen, model, times = self.observed, problem.model, problem.sampling_time * np.arange(len(self))
+        problem, observation, seen = controller.problem, self._observation, self.observed
+        model, times = problem.model, problem.sampling_time * np.arange(len(self))
+        previews = Previews(scenario.reference, problem, times)
+        reference = previews.reference
         faults = [(fault, fault.samples(problem.sampling_time)) for fault in scenario.faults]
         disturbances, sensors = self._random()
         with interruptible():
@@ -162,21 +164,18 @@ class ClosedLoop:
         held[self._columns] = actuators.believed
         readings, last = list[Array](), read_only(np.full(len(seen.states), np.nan))
         set_parameters, parameters = PreviewedParameters(controller), problem.parameters[0]
-        gc.collect()  # what the set-up left behind would otherwise be collected, and counted, within a step
+        # What the set-up left behind would otherwise be collected, and counted, within a step.
+        gc.collect(ALL if self._makes_controller else YOUNG)
         try:
             # What others may change is a copy; what is kept cannot be written to.
             for k, t in enumerate(times.tolist()):
                 bad = [(fault, k - samples.start) for fault, samples in faults if k in samples]
                 disturbance = disturbances.at(k, state)
                 given = self._disturbed(disturbance, bad)
-                measured = received = read_only(sensors.read(k, state, held, given))
-                readings.append(measured)
-                for fault, before in bad:
-                    said = fault.sense(received.copy(), readings, before, sensors.signals)
-                    received = sensors.signals.vector(said, f"{type(fault).__name__}.sense()")
-                received = read_only(received)
-                true = NamedArray(seen.states, read_only(self._states(state, held, given)))
-                outputs = self._outputs(state, held, given)
+                readings.append(read_only(sensors.read(k, state, held, given)))
+                measured, received = readings[-1], self._received(readings, bad, sensors.signals)
+                here = read_only(self._true(state, held, given))
+                true = NamedArray(seen.states, here[: len(seen.states)])
 
                 known = observation.parameters(parameters)
                 applied = compensation.applied(actuators)
@@ -184,10 +183,9 @@ class ClosedLoop:
                 soon = compensation.ahead(estimate, actuators.believed, known)
                 now = None
                 if self.lead:
-                    here = NamedArray(seen.states, estimate.x if np.isfinite(estimate.x).all() else last)
-                    now = previewed(reference, t + problem.times, here)
-                last = soon if np.isfinite(soon).all() else last
-                preview = previewed(reference, t + self.lead + problem.times, NamedArray(seen.states, last))
+                    now = previews.at(k, 0.0, NamedArray(seen.states, finite_or(estimate.x, last)))
+                last = finite_or(soon, last)
+                preview = previews.at(k, self.lead, NamedArray(seen.states, last))
                 wanted = first_of(preview if now is None else now, problem.outputs)
                 set_parameters.look({**observation.estimated_parameters(estimate), **preview.parameters})
                 x = read_only(observation.told(NamedArray(seen.states, soon), reference))
@@ -231,7 +229,7 @@ class ClosedLoop:
                     delays=found,
                     disturbance=NamedArray(plant.parameters, given),
                     states=NamedArray(model.states, read_only(observation.told(true, reference))),
-                    outputs=NamedArray(problem.outputs, read_only(outputs)),
+                    outputs=NamedArray(problem.outputs, here[len(seen.states) :]),
                     true=true,
                 )
                 try:
@@ -245,12 +243,20 @@ class ClosedLoop:
         finally:
             set_parameters.look({})  # the others were this run's
 
+    def _received(self, readings: Sequence[Array], bad: Sequence[tuple[Fault, int]], signals: Signals) -> Array:
+        """What arrives (m,) of the latest of all readings, as faults leave it."""
+        received = readings[-1]
+        for fault, before in bad:
+            said = fault.sense(received.copy(), readings, before, signals)
+            received = read_only(signals.vector(said, f"{type(fault).__name__}.sense()"))
+        return received
+
     def _disturbed(self, given: Array, bad: Sequence[tuple[Fault, int]]) -> Array:
         """Parameters of the plant (np_,), as faults leave them."""
         for fault, _ in bad:
             said = fault.disturb(given.copy(), self.plant.parameters)
-            given = self.plant.parameters.finite_vector(said, f"{type(fault).__name__}.disturb()")
-        return read_only(given)
+            given = read_only(self.plant.parameters.finite_vector(said, f"{type(fault).__name__}.disturb()"))
+        return given
 
     def _random(self) -> tuple[Disturbances, RunningSensors]:
         """Disturbances of the plant, and sensors with their noise: all that the seed decides."""
@@ -265,3 +271,8 @@ class ClosedLoop:
             wind,
         )
         return disturbances, scenario.sensors.start(plant, self.measured, len(self), noise)
+
+
+def finite_or(x: Array, before: Array) -> Array:
+    """A state (nx,) if it is finite, else the one before."""
+    return x if all(map(isfinite, x.tolist())) else before

@@ -7,7 +7,6 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 from rumo.controllers import Controller
-from rumo.interrupts import interruptible
 from rumo.plan import Plan
 from rumo.references import Preview
 from rumo.signals import Array, NamedArray
@@ -60,8 +59,9 @@ class Moment:
         """The controller's step, to be taken once; None if nothing is computed."""
         if not self.computes:
             return None
+        if not self.faults:
+            return self.controller.step(self.estimated.values, self.preview.signals)
         with ExitStack() as contexts:
             for fault in self.faults:
                 contexts.enter_context(fault.around(self.controller))
-            with interruptible():
-                return self.controller.step(self.estimated.values, self.preview.signals)
+            return self.controller.step(self.estimated.values, self.preview.signals)

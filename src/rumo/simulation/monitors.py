@@ -88,6 +88,7 @@ class Monitors:
     ) -> None:
         self._watches, self._dt = watches, sampling_time
         self.signals = Signals(dict.fromkeys(watches, "s"), "monitors")
+        self._nothing: NamedArray[float] = NamedArray(self.signals, read_only(np.empty(len(watches))))
         self._inputs = [inputs.index(watch.command, f"monitors[{n!r}].command") for n, watch in watches.items()]
         self._rows = [measured.index(watch.response, f"monitors[{n!r}].response") for n, watch in watches.items()]
         delays = believed.delays(inputs)
@@ -109,6 +110,8 @@ class Monitors:
 
         None for a sample at which nothing is computed.
         """
+        if not self._monitors:
+            return self._nothing
         found = np.full(len(self._monitors), np.nan)
         self._command = self._command if command is None else command
         parts = zip(self._watches.items(), self._monitors, self._inputs, self._rows, strict=True)

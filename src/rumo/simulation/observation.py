@@ -63,8 +63,8 @@ class Observation:
         """State (nx,) of the controller's model: what is observed, and where that is by the reference's own account."""
         if self.own:
             return x.values
-        known = x.as_dict() | self._located(x, reference)
-        missing = [name for name in self._told.states if name not in known]
+        located, states = self._located(x, reference), x.signals
+        missing = [name for name in self._told.states if name not in located and name not in states]
         if missing:
             raise ArgumentError(
                 "observed",
@@ -72,7 +72,9 @@ class Observation:
                 "a model that has all states of the controller's, but for those that reference.locate(x) gives",
                 "A PathTracking reference gives s, n and heading_error.",
             )
-        return np.array([known[name] for name in self._told.states], dtype=float)
+        seen = x.values.tolist()
+        told = [located[n] if n in located else seen[states.index(n)] for n in self._told.states]
+        return np.array(told, dtype=float)
 
     @staticmethod
     def _located(x: NamedArray[float], reference: Reference) -> dict[str, float]:

@@ -12,27 +12,21 @@ from rumo.controllers import Controller
 from rumo.controllers.arguments import ReferenceWindow, reference_window
 from rumo.draft import parameter_table
 from rumo.errors import ArgumentError, ShapeError, UnknownNameError
-from rumo.interrupts import interruptible
 from rumo.model import Model
 from rumo.plan import Plan
 from rumo.signals import Array, NamedArray, Signals, Values
-from rumo.simulation.computed import completed, limits_at
+from rumo.simulation.dataset import Log
 from rumo.simulation.foreign import ForeignPlant, PlantLike, as_plant
 from rumo.simulation.plant import Plant
-from rumo.simulation.rows import of_health, of_innovation, of_plan
+from rumo.simulation.rows import Row, check_parts, of_innovation, of_plan
 from rumo.simulation.sample import Sample
 from rumo.simulation.variables import (
     ACTUATED,
     MONITORED,
     OBSERVED,
     OTHERS,
-    RESCUED,
-    TEXTS,
-    TIMES,
-    UNITLESS,
     VARIABLES,
 )
-from rumo.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,7 +92,7 @@ class Recorder:
         if monitors:
             self._variables |= MONITORED
             self._signals["monitor"] = monitors if isinstance(monitors, Signals) else Signals(monitors, "monitors")
-        self._rows: list[dict[str, Any]] = []
+        self._rows: list[Row] = []
 
     def add(
         self,
@@ -135,56 +129,93 @@ class Recorder:
             `innovation`, an `Innovation`.
         """
         signals = self._signals
-        time = finite_number(time, "time")
-        if self._rows and time <= self._rows[-1]["time"]:
-            raise ArgumentError("time", f"{time:g} s", f"one after the last sample's, {self._rows[-1]['time']:g} s")
+        time = self._later(finite_number(time, "time"))
         if plan is not None:
             checked(plan, "plan", Plan, "It is what controller.step(...) returns.")
+            check_parts(plan, self._controller.problem)
         for name in others:
             if name not in OTHERS or name not in self._variables:
                 known = ("measured", "estimated", "applied", "reference", *OTHERS)
                 raise UnknownNameError("Recorder.add", name, known)
-        said = self._vector(self._measured, measured, "measured")
-        got = self._vector(self._measured, others.pop("received", measured), "received")
-        row: dict[str, Any] = {
-            "time": time,
-            "applied": self._vector(signals["input"], applied, "applied"),
-            "reference": self._wanted(reference),
-        }
-        for name, values in (("measured", said), ("received", got)):
-            known = dict(zip(self._measured, values.tolist(), strict=True))
-            row[name] = np.array([known.get(key, np.nan) for key in signals["state"]])
-            row[f"{name}_outputs"] = np.array([known[key] for key in signals["measured_output"]])
-        told = row["received"] if estimated is None else estimated
-        row["estimated"] = self._vector(signals["state"], told, "estimated")
+        sensed = self._vector(self._measured, measured, "measured")
+        arrived = self._vector(self._measured, others.pop("received", measured), "received")
+        if estimated is None:
+            readings = zip(self._measured, arrived.tolist(), strict=True)
+            estimated = {name: value for name, value in readings if name in signals["state"]}
         parameters = others.pop("parameters", {})
         if isinstance(parameters, Mapping):
             parameters = parameter_table(self._controller.problem.model, self._controller.parameters, parameters)
-        row["parameters"] = parameters
-        row["numbers"] = self._controller.problem.numbers
-        others |= of_innovation(others.pop("innovation", None))
-        row["nis"] = others.pop("nis", None)
+        row: Row = {
+            "time": time,
+            "sensed": sensed,
+            "arrived": arrived,
+            "estimated": self._vector(signals["state"], estimated, "estimated"),
+            "applied": self._vector(signals["input"], applied, "applied"),
+            "reference": self._wanted(reference),
+            "parameters": self._on_intervals(parameters),
+            "numbers": self._controller.problem.numbers,
+            **of_plan(plan),
+            **self._of_innovation(others.pop("innovation", None)),
+        }
         for name, values in others.items():
             row[name] = self._vector(signals[self._variables[name][0][-1]], values, name)
-        row |= of_plan(plan) | of_health(plan, self._signals["state"])
-        for name, (dims, _) in self._variables.items():
-            if name not in TEXTS:
-                row[name] = self._copied(name, dims, row.get(name))
         self._rows.append(row)
 
     def record(self, sample: Sample) -> None:
-        """Record a sample of a `ClosedLoop`."""
-        covariance, estimate = sample.covariance, sample.estimate
-        deviations = None
-        if covariance is not None:
-            deviations = dict(zip(sample.observed.signals, np.sqrt(np.diag(covariance)).tolist(), strict=True))
-        others: dict[str, Any] = {}
-        if "observed" in self._variables:
-            others |= {"observed": sample.observed, "observed_deviation": deviations, "true_observed": sample.true}
-            deviations = deviations and {n: v for n, v in deviations.items() if n in self._signals["state"]}
-        for name, values in (("actuated", sample.actuated), ("found_delay", sample.delays)):
-            if name in self._variables:
-                others[name] = values
+        """Record a sample of a `ClosedLoop`: its arrays do not change, so none is copied."""
+        signals, estimate = self._signals, sample.estimate
+        if not self._same_signals(sample):
+            self._record_by_name(sample)
+            return
+        row: Row = {
+            "time": self._later(sample.time),
+            "sensed": sample.measured.values,
+            "arrived": sample.received.values,
+            "estimated": sample.estimated.values,
+            "applied": sample.applied.values,
+            "reference": sample.reference.values,
+            "parameters": sample.parameters,
+            "numbers": sample.numbers,
+            "plant": sample.plant.values,
+            "disturbance": sample.disturbance.values,
+            "true_states": sample.states.values,
+            "true_outputs": sample.outputs.values,
+            "observed": sample.observed.values,
+            "true_observed": sample.true.values,
+            "actuated": sample.actuated.values,
+            "found_delay": sample.delays.values,
+            **of_plan(sample.plan),
+            **self._of_innovation(estimate.innovation),
+        }
+        if estimate.covariance is not None:
+            row["observed_deviation"], row["estimated_deviation"] = self._deviations(sample, estimate.covariance)
+        if estimate.parameters:
+            row["estimated_parameters"] = self._known(signals["model_parameter"], estimate.parameters)
+        if estimate.biases:
+            row["estimated_biases"] = self._vector(self._measured, estimate.biases, "estimated_biases")
+        self._rows.append(row)
+
+    def log(self) -> xr.Dataset:
+        """Everything recorded, dimensions named, units in attributes and in a `..._unit` coordinate."""
+        plant = self._plant.name if self._plant else "a plant"
+        log = Log(self._controller.problem, self._signals, self._variables, self._measured)
+        attributes = {
+            "title": f"{plant} under {self._controller.name}",
+            "controller": self._controller.name,
+            "model": self._controller.problem.model.name,
+            "plant_model": plant,
+            "seed": self._seed if self._seed < 2**63 else str(self._seed),  # more than a file takes as a number
+        }
+        return log.of(self._rows, attributes)
+
+    def _record_by_name(self, sample: Sample) -> None:
+        """Record a sample of a loop that has other signals than were named."""
+        estimate, others = sample.estimate, dict[str, Any]()
+        if estimate.covariance is not None:
+            observed, told = self._deviations(sample, estimate.covariance)
+            others = {"observed_deviation": observed, "estimated_deviation": told}
+        others |= {"observed": sample.observed, "true_observed": sample.true}
+        others |= {"actuated": sample.actuated, "found_delay": sample.delays}
         self.add(
             sample.plan,
             time=sample.time,
@@ -196,66 +227,46 @@ class Recorder:
             plant=sample.plant,
             disturbance=sample.disturbance,
             parameters=sample.parameters,
-            estimated_deviation=deviations,
-            estimated_parameters={
-                n: v for n, v in estimate.parameters.items() if n in self._signals["model_parameter"]
-            },
+            estimated_parameters=self._known(self._signals["model_parameter"], estimate.parameters),
             estimated_biases=estimate.biases,
             innovation=estimate.innovation,
             true_states=sample.states,
             true_outputs=sample.outputs,
-            **others,
+            **{name: values for name, values in others.items() if name in self._variables},
         )
         self._rows[-1]["numbers"] = sample.numbers
 
-    def log(self) -> xr.Dataset:
-        """Everything recorded, dimensions named, units in attributes and in a `..._unit` coordinate."""
-        import xarray as xr  # heavy; a controller alone does without it
+    def _same_signals(self, sample: Sample) -> bool:
+        """Whether a sample has the very signals that were named, so that its arrays can be taken as they are."""
+        signals = self._signals
+        return (
+            sample.measured.signals is self._measured
+            and sample.plant.signals is signals["plant_state"]
+            and sample.disturbance.signals is signals["parameter"]
+            and sample.estimated.signals is signals["state"]
+            and sample.observed.signals is signals.get("observed_state", signals["state"])
+        )
 
-        problem = self._controller.problem
-        model = problem.model
-        columns = {
-            name: self._column(name, dims, str if name in TEXTS else float)
-            for name, (dims, _) in self._variables.items()
-        }
-        with interruptible():
-            numbers = [row["numbers"] for row in self._rows]
-            if self._rows:
-                columns |= completed(problem, columns, numbers)
-            limits = limits_at(problem, numbers)
-        data: dict[str, Any] = {}
-        for name, (dims, meaning) in self._variables.items():
-            attributes = {"long_name": meaning}
-            if name in UNITLESS or (dims and name not in TEXTS):
-                attributes["units"] = "1" if name in UNITLESS else _unit_list(self._signals[dims[-1]])
-            data[name] = (("time", *dims), columns[name], attributes)
-        for name in TIMES:
-            data[name] = (("time",), self._column(name), {"units": "s", "long_name": name})
-        data["rescued"] = (("time",), self._column("rescued", kind=bool), {"long_name": RESCUED})
-        coordinates: dict[str, Any] = {
-            "time": ("time", self._column("time"), {"units": "s", "long_name": "time"}),
-            "stage": np.arange(problem.horizon + 1),
-            "interval": np.arange(problem.horizon),
-        }
-        for dim, names in self._signals.items():
-            coordinates[dim] = (dim, np.array(names.names, dtype=str))
-            coordinates[f"{dim}_unit"] = (dim, np.array(names.units, dtype=str))
-        for dim, sides in limits.items():
-            for side, values in zip(("lower", "upper"), sides, strict=True):
-                coordinates[f"{dim}_{side}"] = (("time", dim), values, {"units": _unit_list(self._signals[dim])})
-        plant_name = self._plant.name if self._plant else "a plant"
-        attributes = {
-            "title": f"{plant_name} under {self._controller.name}",
-            "controller": self._controller.name,
-            "model": model.name,
-            "plant_model": plant_name,
-            "seed": self._seed if self._seed < 2**63 else str(self._seed),  # more than a file takes as a number
-            "sampling_time_s": problem.sampling_time,
-            "horizon": problem.horizon,
-            "delay": problem.delay,
-            "rumo_version": __version__,
-        }
-        return xr.Dataset(data, coordinates, attributes)
+    def _deviations(self, sample: Sample, covariance: Array) -> tuple[Array, Array]:
+        """Of the observed model's states, and of the controller's, NaN for those that it alone has."""
+        deviations, states = np.sqrt(covariance.diagonal()), self._signals["state"]
+        observed = sample.observed.signals
+        if observed is states:
+            return deviations, deviations
+        return deviations, self._known(states, dict(zip(observed, deviations.tolist(), strict=True)))
+
+    def _later(self, time: float) -> float:
+        if self._rows and time <= self._rows[-1]["time"]:
+            raise ArgumentError("time", f"{time:g} s", f"one after the last sample's, {self._rows[-1]['time']:g} s")
+        return time
+
+    def _of_innovation(self, innovation: object) -> Row:
+        parts = of_innovation(innovation)
+        return {n: self._vector(self._measured, v, n) if n != "nis" else v for n, v in parts.items()}
+
+    def _known(self, signals: Signals, values: Mapping[str, float]) -> Array:
+        """Values of those signals that there are (n,), NaN for others."""
+        return self._vector(signals, {name: value for name, value in values.items() if name in signals}, "values")
 
     def _wanted(self, reference: ReferenceWindow | None) -> Array:
         """Wanted outputs now (ny,)."""
@@ -272,24 +283,9 @@ class Recorder:
             return nothing
         return signals.vector(values.as_dict() if isinstance(values, NamedArray) else values, argument, nothing)
 
-    def _column(self, name: str, dims: tuple[str, ...] = (), kind: type = float) -> Any:
-        return np.array([row[name] for row in self._rows], dtype=kind).reshape(len(self._rows), *self._shape(dims))
-
-    def _shape(self, dims: tuple[str, ...]) -> tuple[int, ...]:
-        N = self._controller.problem.horizon
-        sizes = {"stage": N + 1, "interval": N}
-        return tuple(sizes[dim] if dim in sizes else len(self._signals[dim]) for dim in dims)
-
-    def _copied(self, name: str, dims: tuple[str, ...], values: Any) -> Array:
-        """A variable of a sample, NaN for None; a vector is that of every interval."""
-        shape = self._shape(dims)
-        if values is None:
-            return np.full(shape, np.nan)
-        array = as_numbers(values, name)
+    def _on_intervals(self, values: Any) -> Array:
+        """Parameters on every interval (N, np_), of which a vector is that of each."""
+        array, shape = as_numbers(values, "parameters"), self._controller.problem.parameters.shape
         if array.shape not in (shape, shape[1:]):
-            raise ShapeError(name, f"shape {array.shape}", f"shape {shape}")
+            raise ShapeError("parameters", f"shape {array.shape}", f"shape {shape}")
         return np.broadcast_to(array, shape).copy()
-
-
-def _unit_list(signals: Signals) -> str:
-    return ", ".join(f"{name}: {signals.unit(name)}" for name in signals)

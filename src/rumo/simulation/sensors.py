@@ -11,7 +11,6 @@ from rumo.actuation.timing import in_samples
 from rumo.checks import as_mapping, as_names
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.estimation.lateness import lateness
-from rumo.interrupts import interruptible
 from rumo.model import Model
 from rumo.signals import Array, Signals
 from rumo.simulation.foreign import ForeignPlant
@@ -113,6 +112,7 @@ class RunningSensors:
         self._own_noise = own * rng.standard_normal((samples, len(signals))) if self._own.any() else None
         late = [in_samples(samples) for samples in sensors.lateness(signals, plant.sampling_time).tolist()]
         self._late = np.array([whole for whole, _ in late], dtype=int)
+        self._any_late = bool(self._late.any())
         self._within = np.array([1.0 - share for _, share in late])
         self.stops: tuple[float, ...] = tuple(sorted({*self._within.tolist()} - {1.0}))
         self._between = np.full(len(signals), np.nan)
@@ -123,7 +123,7 @@ class RunningSensors:
         values = self._measured(k, x, u, p)
         if self.stops:
             values, self._between = np.where(self._within < 1.0, self._between, values), np.full(len(values), np.nan)
-        if not self._late.any():
+        if not self._any_late:
             return values
         self._read.append(values)
         late = zip(self._late, range(len(values)), strict=True)
@@ -136,10 +136,9 @@ class RunningSensors:
             self._between = np.where(here, self._measured(k + 1, x, u, p), self._between)
 
     def _measured(self, row: int, x: Array, u: Array, p: Array) -> Array:
-        with interruptible():
-            values = self._observe(x + self._noise[row], u, p)
-            if self._own_noise is not None:
-                values = np.where(self._own, self._observe(x, u, p) + self._own_noise[row], values)
+        values = self._observe(x + self._noise[row], u, p)
+        if self._own_noise is not None:
+            values = np.where(self._own, self._observe(x, u, p) + self._own_noise[row], values)
         return values
 
 
@@ -165,13 +164,14 @@ def require_same_units(plant: AnyPlant, model: Model, names: Iterable[str]) -> N
 def known_observer(plant: AnyPlant, names: Iterable[str]) -> Callable[[Array, Array, Array], Array]:
     """Function `(x, u, p) -> (n,)` of signals, NaN where the plant has none of that name."""
     names = tuple(names)
-    known = tuple(name for name in names if name in plant.states or name in plant.outputs)
-    observe, columns = plant.observer(known), [names.index(name) for name in known]
+    columns = [i for i, name in enumerate(names) if name in plant.states or name in plant.outputs]
+    observe = plant.observer(tuple(names[i] for i in columns))
+    if len(columns) == len(names):
+        return observe
 
     def observed(x: Array, u: Array, p: Array) -> Array:
         values = np.full(len(names), np.nan)
-        with interruptible():
-            values[columns] = observe(x, u, p)
+        values[columns] = observe(x, u, p)
         return values
 
     return observed

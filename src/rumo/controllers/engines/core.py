@@ -7,8 +7,8 @@ from dataclasses import asdict
 
 import numpy as np
 
-from rumo.controllers.arguments import ReferenceWindow, reference_window, tracked
-from rumo.controllers.engines.described import core_problem, core_settings, numbers_of
+from rumo.controllers.arguments import ReferenceWindow, followed, tracked
+from rumo.controllers.engines.described import core_problem, core_settings, numbers_of, parameters_of
 from rumo.controllers.engines.trajectory import Trajectory
 from rumo.controllers.settings import Settings
 from rumo.errors import ArgumentError, CallOrderError
@@ -29,6 +29,7 @@ class CoreEngine:
     def __init__(self, transcription: Transcription, settings: Settings, *, tailor: bool) -> None:
         self._lock = SharedLock()  # around changes; the core has one of its own, and knows what its plans' layout is
         self._problem = transcription.problem
+        self._followed = frozenset(followed(self._problem))
         description = core_problem(transcription, settings.qp.solver)
         self._solver = "condensing" if description.values["condensing"] else "riccati"
         self._numbers = {name: description.values[name] for name in NUMBERS}
@@ -53,12 +54,20 @@ class CoreEngine:
 
     def update(self, transcription: Transcription) -> None:
         """See `Engine.update`."""
-        numbers = numbers_of(transcription)
+        problem = transcription.problem
         with self._lock:
-            changed = {name: array for name, array in numbers.items() if not np.array_equal(array, self._numbers[name])}
-            layout = PlanLayout(transcription.problem, self._layout.integrator_tolerance)
+            if problem.numbers.differences(self._problem.numbers) == ["parameters"]:
+                numbers = self._numbers | parameters_of(transcription)
+            else:
+                numbers = numbers_of(transcription)
+            changed = {
+                name: numbers[name]
+                for name, old in self._numbers.items()
+                if numbers[name] is not old and not np.array_equal(numbers[name], old)
+            }
+            layout = self._layout.renumbered(problem)
             self._core.update(changed, layout)
-            self._problem, self._numbers, self._layout = transcription.problem, numbers, layout
+            self._problem, self._numbers, self._layout = problem, numbers, layout
 
     def reset(self, applied: Array) -> None:
         """See `Engine.reset`."""
@@ -127,6 +136,8 @@ class CoreEngine:
     def step(self, x: Values, reference: ReferenceWindow) -> Plan:
         """See `Engine.step`."""
         numbers = np.empty(self._size)
+        if type(reference) is dict:  # as closed loops have it: to try it as an array takes longer than to look at it
+            return Plan(numbers, self._core.step(*self._arrays(x, reference), numbers))
         try:
             outcome = self._core.step(x, reference, numbers)
         except NOT_ARRAYS:
@@ -143,5 +154,4 @@ class CoreEngine:
     def _arrays(self, x: Values, reference: ReferenceWindow) -> tuple[Array, Array]:
         """What the core reads: (nx,), (N + 1, ny)."""
         measurement = self._problem.model.states.vector(x, "x")
-        wanted = tracked(self._problem, reference_window(self._problem, reference))
-        return measurement, np.ascontiguousarray(wanted)
+        return measurement, tracked(self._problem, reference, self._followed)

@@ -94,18 +94,26 @@ def numbers_of(transcription: Transcription) -> dict[str, Array]:
     """All that may change between two samples."""
     problem, numbers = transcription.problem, transcription.problem.numbers
     lower, upper = problem.block_move_bounds
-    return limits_of(problem) | {
-        "output_weights": numbers.output_weights,
-        "move_weights": problem.block_move_weights,
-        "input_scales": numbers.input_scales,
-        "block_lower": lower,
-        "block_upper": upper,
-        "constraint_limits": numbers.limits,
-        "constraint_scales": numbers.constraint_scales,
-        "l1": numbers.l1,
-        "l2": numbers.l2,
-        "parameter_values": transcription.given(numbers.parameters),
-    }
+    return (
+        limits_of(problem)
+        | {
+            "output_weights": numbers.output_weights,
+            "move_weights": problem.block_move_weights,
+            "input_scales": numbers.input_scales,
+            "block_lower": lower,
+            "block_upper": upper,
+            "constraint_limits": numbers.limits,
+            "constraint_scales": numbers.constraint_scales,
+            "l1": numbers.l1,
+            "l2": numbers.l2,
+        }
+        | parameters_of(transcription)
+    )
+
+
+def parameters_of(transcription: Transcription) -> dict[str, Array]:
+    """Of these, what changes where a model's parameters do."""
+    return {"parameter_values": transcription.given(transcription.problem.numbers.parameters)}
 
 
 def limits_of(problem: Problem) -> dict[str, Array]:

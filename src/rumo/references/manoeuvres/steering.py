@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -26,6 +27,8 @@ class StepSteer(OfTime):
     signal : str
         Which signal it is.
     """
+
+    pointwise: ClassVar[bool] = True
 
     amplitude: float
     rate: float = 0.5
@@ -60,6 +63,8 @@ class SineWithDwell(OfTime):
     signal : str
         Which signal it is.
     """
+
+    pointwise: ClassVar[bool] = True
 
     amplitude: float
     frequency: float = 0.7
