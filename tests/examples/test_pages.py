@@ -41,7 +41,7 @@ def _in_a_folder_of_its_own(tmp_path, monkeypatch):
     "page",
     [
         *("your-track", "closed-loop", "other-plants", "references", "step-it-yourself", "extend-it", "logs"),
-        *("vehicles", "the-estimator", "delays"),
+        *("vehicles", "the-estimator", "delays", "scenario-files"),
         *(pytest.param(page, marks=pytest.mark.slow) for page in LONG),
     ],
 )
