@@ -115,6 +115,15 @@ def test_keys_are_of_all_that_decides_a_row(tmp_path, monkeypatch):
     assert len({first, *others, key()}) == 7
 
 
+def test_a_task_is_found_by_its_key():
+    campaign = Campaign(PAPER, {"mass": Uniform(180.0, 220.0)}, runs=20)
+    task = list(campaign.tasks)[7]
+    assert campaign.find(task["key"]) == campaign.find(task["key"][:8]) == task
+    for key, said in (("xyz", "the beginning of 0 of 20 keys"), ("", "beginning of 0")):
+        with pytest.raises(rumo.ArgumentError, match=said):
+            campaign.find(key)
+
+
 def test_figures_are_known_by_name_or_key():
     campaign = Campaign(
         PAPER,

@@ -145,6 +145,18 @@ def test_preparing_makes_the_controllers(campaign):
     assert shared_controller(PAPER.with_settings({"mass": 230.0}).run()) is made
 
 
+def test_what_a_base_needs_may_vary(tmp_path):
+    (tmp_path / "own.py").write_text(
+        "from rumo.scenarios import Recipe\n"
+        "def make(*, speed):\n"
+        "    return Recipe('paper', {'speed': speed, 'duration': 0.2, 'backend': 'portable'}).run()\n"
+    )
+    campaign = Campaign(Recipe(f"{tmp_path / 'own.py'}:make"), {"speed": [6.0, 8.0]}, kpis=("fallbacks",))
+    campaign.rehearse()
+    prepare(campaign.common)
+    assert [row["kpi.fallbacks"] for row in rows_of(campaign)] == [0, 0]
+
+
 def test_engines_know_it_by_name():
     module, _, name = WORK.partition(":")
     assert getattr(sys.modules[module], name) is run

@@ -171,7 +171,8 @@ class Campaign:
         """Whether each draw has a seed of its own."""
         if self._has_seed:
             return False
-        return SEED in self.recipe.arguments or SEED in (parts_of(self.recipe.run()) or ())
+        first = self.recipe.with_settings({**self.draws[0], CONTROLLER: self.controllers[0]})
+        return SEED in first.arguments or SEED in (parts_of(first.run()) or ())
 
     def settings(self, draw: int) -> dict[str, Plain]:
         """Settings of a draw, on top of the recipe's."""
@@ -188,6 +189,7 @@ class Campaign:
         """What all tasks have in common, plain data: what `rumo.campaigns.work.run` is called with."""
         return {
             "recipe": self.recipe.plain,
+            "first": self.settings(0),
             "controllers": list(self.controllers),
             "kpis": list(self.kpis or ()),
             "criteria": {name: each.plain for name, each in self.criteria.items()},
@@ -199,6 +201,20 @@ class Campaign:
     def tasks(self) -> Tasks:
         """All runs, draw by draw, each with every controller."""
         return Tasks(self)
+
+    def find(self, key: str) -> dict[str, Any]:
+        """The task of a key, or of what only one key begins with.
+
+        Raises
+        ------
+        ArgumentError
+            If there is none, or there are several.
+        """
+        found = [task for task in self.tasks if task["key"].startswith(key)] if key else []
+        if len(found) != 1:
+            got = f"{key!r}, the beginning of {len(found)} of {len(self.tasks)} keys"
+            raise ArgumentError("key", got, "the key of a run of this campaign")
+        return found[0]
 
     @property
     def plain(self) -> dict[str, Any]:

@@ -41,7 +41,7 @@ FAILED, ALL, NONE = LOGS = ("failed", "all", "none")
 def prepare(common: Mapping[str, Any]) -> None:
     """Do once what all runs share: kernels are compiled, packages imported."""
     for name in common.get("controllers", ()):
-        scenario = scenario_of(task_run(common, {"controller": name, "settings": {}}))
+        scenario = scenario_of(task_run(common, {"controller": name, "settings": common.get("first", {})}))
         if scenario is not None:
             shared_controller(scenario)
 
@@ -52,7 +52,8 @@ def run(common: Mapping[str, Any], task: Mapping[str, Any]) -> dict[str, Any]:
     Parameters
     ----------
     common : mapping
-        `recipe`; `kpis`, names in `rumo.studies.kpis.KPIS`; `criteria` as plain data, by name; `logs`, one of `LOGS`.
+        `recipe`; `first`, settings to prepare for, and `controllers`; `kpis`, names in `rumo.studies.kpis.KPIS`;
+        `criteria` as plain data, by name; `logs`, one of `LOGS`.
     task : mapping
         `controller`, and `settings` on top of the recipe's; `log`, whether the log is to be kept whatever it shows.
 
