@@ -26,7 +26,7 @@ def with_numbers(car, values):
     return replace(car, **own, **{axle: replace(getattr(car, axle), **numbers) for axle, numbers in tyres.items()})
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.data())
 def test_it_is_the_model_of_each_car(data):
     share = st.floats(0.0, 1.0)

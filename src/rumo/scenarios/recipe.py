@@ -49,8 +49,12 @@ class Recipe:
 
     def __post_init__(self) -> None:
         printable(self.base, "base", f"one of {', '.join(BASES)}, or a file and a name in it such as my_file.py:make")
-        if self.base not in BASES and SEPARATOR not in self.base:
-            raise UnknownNameError("base", self.base, BASES, "Or name a file, and a name in it: my_file.py:make.")
+        if self.base not in BASES:
+            if SEPARATOR not in self.base:
+                raise UnknownNameError("base", self.base, BASES, "Or name a file, and a name in it: my_file.py:make.")
+            file, name = split(self.base)
+            # Other processes may be in another folder.
+            object.__setattr__(self, "base", f"{file.resolve()}:{name}")
         settings = as_mapping(self.settings, "settings")
         for name, value in settings.items():
             printable(name, "settings")
@@ -80,7 +84,7 @@ class Recipe:
         base = table[BASE]
         if isinstance(base, str) and base not in BASES and SEPARATOR in base:
             file, name = split(base)
-            base = f"{(folder / file).resolve()}:{name}"
+            base = f"{folder / file}:{name}"
         recipe = cls(base, flattened(settings))
         known = recipe.arguments
         files = {
