@@ -11,13 +11,13 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 from rumo.campaigns.frames import receive, send
 from rumo.campaigns.rows import plain
@@ -34,76 +34,53 @@ FOREVER = 1e8
 Work = Callable[[Mapping[str, Any], Task], Mapping[str, Any]]
 
 
-def main() -> None:
-    """See the module."""
+def main(lifeline: int | None = None) -> None:
+    """See the module; on Linux, this process ends when the pipe `lifeline` has no writer any more."""
     requests, answers = _own_streams()
     faulthandler.enable()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that has started this one ends it
+    if lifeline is not None:
+        _end_with(lifeline)
     _offer_to_be_killed_first()
-    lifeline = Lifeline(requests)
-    path, name, common = lifeline.next()
+    queue = SimpleQueue[Any]()
+    Thread(target=_read, args=(requests, queue), daemon=True).start()
+    path, name, common = queue.get()
     sys.path[:] = path
     try:
-        with lifeline.held():
-            work = _prepared(name, common)
+        work = _prepared(name, common)
     except BaseException as error:
         send(answers, ("failed", _in_words(error)))
         return
     send(answers, ("ready",))
     while True:
-        task = lifeline.next()
-        with lifeline.held():
-            answer = _answer(work, common, task)
-        send(answers, answer)
+        send(answers, _answer(work, common, queue.get()))
 
 
-class Lifeline:
-    """Requests from the process that this one works for; when that has gone, this one ends, whatever it is at.
-
-    Parameters
-    ----------
-    requests : file
-        A pipe, which nobody else reads.
-    """
-
-    def __init__(self, requests: BinaryIO) -> None:
-        self._requests, self._queue = requests, SimpleQueue[Any]()
-        Thread(target=self._read, daemon=True).start()
-
-    def next(self) -> Any:
-        """Wait for a request."""
-        return self._queue.get()
-
-    @contextmanager
-    def held(self) -> Generator[None]:
-        """Within, C code may keep Python's threads from running: Linux ends this process when the pipe has an end.
-
-        It would also do so if a request came.
-        """
-        self._signal(True)
+def _read(requests: IO[bytes], queue: SimpleQueue[Any]) -> None:
+    """Take requests; when there can be no more, nobody waits for what this process is at."""
+    while True:
         try:
-            yield
-        finally:
-            self._signal(False)
-
-    def _read(self) -> None:
-        while True:
-            try:
-                self._queue.put(receive(self._requests))
-            except (EOFError, OSError):
-                os._exit(0)
-
-    def _signal(self, wanted: bool) -> None:
-        if sys.platform == "linux":
-            import fcntl
-
-            file = self._requests.fileno()
-            flags = fcntl.fcntl(file, fcntl.F_GETFL) & ~os.O_ASYNC
-            fcntl.fcntl(file, fcntl.F_SETOWN, os.getpid())
-            fcntl.fcntl(file, fcntl.F_SETFL, flags | os.O_ASYNC if wanted else flags)
+            queue.put(receive(requests))
+        except (EOFError, OSError):
+            os._exit(0)
 
 
-def _own_streams() -> tuple[BinaryIO, BinaryIO]:
+def _end_with(pipe: int) -> None:
+    """Have the system end this process at a pipe's end, also while C code keeps Python's threads from running.
+
+    Nothing must ever be written to that pipe. Linux can tie a process to its parent as well, but it takes the thread
+    that has started it for the parent.
+    """
+    if sys.platform == "linux":
+        import fcntl
+
+        os.set_inheritable(pipe, False)
+        signal.signal(signal.SIGIO, signal.SIG_DFL)
+        fcntl.fcntl(pipe, fcntl.F_SETOWN, os.getpid())
+        fcntl.fcntl(pipe, fcntl.F_SETFL, fcntl.fcntl(pipe, fcntl.F_GETFL) | os.O_ASYNC)
+
+
+def _own_streams() -> tuple[IO[bytes], IO[bytes]]:
     """Standard input and output for this module alone: what others print goes to standard error."""
     requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     nothing = os.open(os.devnull, os.O_RDONLY)
@@ -161,4 +138,4 @@ def _in_words(error: BaseException) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    main(*map(int, sys.argv[1:]))

@@ -6,7 +6,7 @@ import os
 import signal
 import subprocess
 import sys
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from queue import Empty, SimpleQueue
 from threading import Thread
 from time import monotonic
@@ -45,18 +45,26 @@ class Process:
     """
 
     def __init__(self) -> None:
+        self._lifeline: int | None = None
         options: dict[str, Any] = {"start_new_session": True}
         if sys.platform == "win32":
             options = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
-        self._process = subprocess.Popen(
-            # -P: the current folder may have modules with names of Python's own.
-            [sys.executable, "-P", "-m", "rumo.campaigns.child"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            env=os.environ | dict.fromkeys(THREADS, "1"),
-            **options,
-        )
+        with ExitStack() as stack:
+            ends: list[int] = []
+            if sys.platform == "linux":  # a pipe whose end says that this process has gone
+                read, self._lifeline = os.pipe()
+                stack.callback(os.close, read)
+                ends.append(read)
+                options["pass_fds"] = ends
+            self._process = subprocess.Popen(
+                # -P: the current folder may have modules with names of Python's own.
+                [sys.executable, "-P", "-m", "rumo.campaigns.child", *map(str, ends)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                env=os.environ | dict.fromkeys(THREADS, "1"),
+                **options,
+            )
         self._answers, self._printed = SimpleQueue[Any](), bytearray()
         self._readers = [Thread(target=read, daemon=True) for read in (self._read_answers, self._read_printed)]
         for reader in self._readers:
@@ -119,6 +127,9 @@ class Process:
         assert self._process.stdin is not None
         with suppress(OSError):  # what was not sent yet
             self._process.stdin.close()
+        if self._lifeline is not None:
+            os.close(self._lifeline)
+            self._lifeline = None
 
     def _read_answers(self) -> None:
         assert self._process.stdout is not None

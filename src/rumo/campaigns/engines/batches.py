@@ -10,7 +10,7 @@ from rumo.campaigns.task import Task
 
 TARGET = 1.0
 """What a batch takes [s]."""
-LARGEST = 1000
+LARGEST = 200
 """Tasks of a batch."""
 GROWTH = 4.0
 """Of batches, each time that one has come back."""
