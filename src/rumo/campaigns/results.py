@@ -49,7 +49,7 @@ class Results:
     Raises
     ------
     ArgumentError
-        If columns are missing, or a setting of the heat map does not vary.
+        If columns are missing, or there is no such setting of the heat map.
     """
 
     rows: pd.DataFrame
@@ -68,9 +68,10 @@ class Results:
         found = dict.fromkeys(texts(self.rows, "controller"))
         named = [name for name in self.controllers if name in found]
         object.__setattr__(self, "controllers", (*named, *(name for name in found if name not in named)))
+        settings = [column.removeprefix(SETTING) for column in self.rows.columns if column.startswith(SETTING)]
         for name in self.heat_map or ():
-            if name not in self.varied:
-                raise UnknownNameError("report.heat_map", name, self.varied)
+            if name not in settings:
+                raise UnknownNameError("report.heat_map", name, settings)
 
     @cached_property
     def varied(self) -> tuple[str, ...]:
@@ -98,6 +99,15 @@ class Results:
             for column in dict.fromkeys([*(column for column in judged if column), *every, *times])
             if np.isfinite(self.values(column)).any()
         )
+
+    @cached_property
+    def constant(self) -> tuple[str, ...]:
+        """Those of them that are the same in all runs that know them: there is nothing to draw."""
+        return tuple(column for column in self.figures if np.ptp(self._known(column)) == 0.0)
+
+    def _known(self, column: str) -> Array:
+        values = self.values(column)
+        return values[np.isfinite(values)]
 
     @cached_property
     def _values(self) -> dict[str, Array]:

@@ -136,6 +136,8 @@ class Paired:
         Of the differences, first less second.
     median : float or None
         Of the differences.
+    largest : float or None
+        Of their sizes.
     less, more : float or None
         Shares of pairs of which the first is less, and more.
     """
@@ -143,6 +145,7 @@ class Paired:
     pairs: int
     mean: Interval
     median: float | None
+    largest: float | None
     less: float | None
     more: float | None
 
@@ -152,11 +155,12 @@ def paired(first: Array, second: Array, seed: int = 0) -> Paired:
     differences = first - second
     differences = differences[np.isfinite(differences)]
     if not differences.size:
-        return Paired(0, Interval(None), None, None, None)
+        return Paired(0, Interval(None), None, None, None, None)
     return Paired(
         differences.size,
         mean_interval(differences, seed),
         float(np.median(differences)),
+        float(np.abs(differences).max()),
         float((differences < 0.0).mean()),
         float((differences > 0.0).mean()),
     )

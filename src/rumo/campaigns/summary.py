@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from itertools import combinations
 from typing import Any
 
@@ -22,8 +23,15 @@ ENDINGS = 8
 """Kinds of failure of each outcome that are named; the others are counted."""
 
 
-def summary(results: Results) -> dict[str, Any]:
+def summary(results: Results, pairs: Iterable[tuple[str, str]] | None = None) -> dict[str, Any]:
     """Everything that the report says, as numbers, strings, None, lists and mappings.
+
+    Parameters
+    ----------
+    results : Results
+        Of the campaign.
+    pairs : iterable of (str, str), optional
+        Controllers that are compared; each two if not given.
 
     Returns
     -------
@@ -33,7 +41,7 @@ def summary(results: Results) -> dict[str, Any]:
         by the first criterion. `rank_correlations`: by figure, setting and controller. `comparisons`: of each two
         controllers on the same draws. `failures`: what went wrong, by kind. `versions`: of what made the rows.
     """
-    rows = results.rows
+    rows, compared = results.rows, combinations(results.controllers, 2) if pairs is None else pairs
     return {
         "campaign": results.name,
         "runs": len(rows),
@@ -43,7 +51,7 @@ def summary(results: Results) -> dict[str, Any]:
         "controllers": {name: _controller(results, name) for name in results.controllers},
         "worst": [run_of(results, row, results.leading) for row in worst(results)],
         "rank_correlations": {key_of(column): correlations(results, column) for column in results.figures},
-        "comparisons": [_comparison(results, *pair) for pair in combinations(results.controllers, 2)],
+        "comparisons": [_comparison(results, *pair) for pair in compared],
         "failures": failures(results),
         "versions": versions(results),
         "wall_time_s": _total(results, "wall_time_s"),
@@ -129,31 +137,25 @@ def correlations(results: Results, column: str) -> dict[str, dict[str, Any]]:
 
 def _comparison(results: Results, first: str, second: str) -> dict[str, Any]:
     one, other = results.pairs(first, second)
-    return {"first": first, "second": second, **compared(results, one, results, other)}
-
-
-def compared(results: Results, one: Any, others: Results, other: Any) -> dict[str, Any]:
-    """What differs between runs of the same draws: rows (m,) of some results, and rows (m,) of the same or others."""
-    columns = [column for column in results.figures if column in others.rows.columns]
     return {
+        "first": first,
+        "second": second,
         "draws": len(one),
-        "criteria": {
-            name: vars(discordance(results.passes[name][one], others.passes[name][other]))
-            for name in results.passes
-            if name in others.passes
-        },
-        "kpis": {key_of(column): _difference(column, results, one, others, other) for column in columns},
+        "criteria": {name: vars(discordance(passes[one], passes[other])) for name, passes in results.passes.items()},
+        "kpis": {key_of(column): _difference(column, results, one, other) for column in results.figures},
     }
 
 
-def _difference(column: str, results: Results, one: Any, others: Results, other: Any) -> dict[str, Any]:
-    found = paired(results.values(column)[one], others.values(column)[other])
+def _difference(column: str, results: Results, one: Any, other: Any) -> dict[str, Any]:
+    values = results.values(column)
+    found = paired(values[one], values[other])
     better = {"less": (found.less, found.more), "more": (found.more, found.less)}.get(better_of(column), (None, None))
     return {
         "pairs": found.pairs,
         "mean": found.mean.value,
         "interval": found.mean.plain,
         "median": found.median,
+        "largest": found.largest,
         "first_better": better[0],
         "second_better": better[1],
     }

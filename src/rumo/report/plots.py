@@ -42,7 +42,7 @@ def narrow_layout(content: Figure, figure: Any) -> dict[str, Any]:
     count, height = len(content.panels), round(ROW * content.height)
     changes: dict[str, Any] = {"margin": margins, "height": height * count + margins["t"] + margins["b"]}
     annotations = [annotation.to_plotly_json() for annotation in figure.layout.annotations]
-    gap = 48 / (height * count)  # for ticks and title
+    gap, titles = 48 / (height * count), 0  # for ticks and title
     for i in range(count):
         top, bottom = (
             1.0 - i / count - (gap / 2 if i else 0.0),
@@ -51,7 +51,9 @@ def narrow_layout(content: Figure, figure: Any) -> dict[str, Any]:
         number = str(i + 1) if i else ""
         changes |= {f"xaxis{number}.domain": [0.0, 1.0], f"yaxis{number}.domain": [bottom, top]}
         changes[f"yaxis{number}.showticklabels"] = True
-        annotations[i] |= {"x": 0.5, "y": top}
+        if content.panels[i][0]:  # those without a title have no annotation
+            annotations[titles] |= {"x": 0.5, "y": top}
+            titles += 1
     return changes | {"annotations": annotations}
 
 

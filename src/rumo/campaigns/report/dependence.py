@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rumo.campaigns.columns import SETTING, column_of, key_of, texts, title_of, with_unit
 from rumo.campaigns.report.looks import point_looks, slim
-from rumo.campaigns.report.spread import judged_columns, wide
+from rumo.campaigns.report.spread import differing, judged_columns, same_words, wide
 from rumo.campaigns.report.words import percent, percents, value_words
 from rumo.campaigns.results import Results
 from rumo.campaigns.statistics import Correlation, wilson
@@ -37,9 +37,10 @@ def dependences(content: Mapping[str, Any], results: Results) -> Section:
     if not results.varied:
         return Section("What it depends on", ["No setting varies but seeds: there is nothing to depend on."])
     items: list[Item] = []
-    judged = judged_columns(results)
-    others = [column for column in results.figures if column not in judged]
-    if results.numeric and results.figures:
+    leading = judged_columns(results)
+    judged = differing(results, leading)
+    others = [column for column in differing(results, results.figures) if column not in judged]
+    if results.numeric and judged:
         items.append(
             "Spearman's rank correlation says how steadily a figure rises (1) or falls (-1) with a setting; it is in "
             "brackets where chance alone gives one as large in more than one of a hundred campaigns of this size."
@@ -48,6 +49,7 @@ def dependences(content: Mapping[str, Any], results: Results) -> Section:
         if any(len(np.unique(results.setting(name))) <= FEW for name in results.numeric):
             items.append("In the figures, runs with the same value of a setting stand beside each other about it.")
         items += [points(results, column, BUDGET // len(judged)) for column in judged]
+    items += same_words(results, leading)
     if results.criteria:
         items += [table for name in results.varied if (table := shares_table(results, name))]
     if others and results.numeric:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import combinations
 from typing import Any
 
@@ -33,7 +33,7 @@ def pairs(content: Mapping[str, Any], results: Results) -> Section | None:
         names = label(found["first"]), label(found["second"])
         items += compared_items(found, names, "draws")
     if results.leading is not None:
-        items.append(pairs_panels(results, results.leading))
+        items.append(pairs_panels(results, results.leading, combinations(results.controllers, 2)))
     return Section("Controllers on the same draws", items, brief=True)
 
 
@@ -44,21 +44,29 @@ def compared_items(found: Mapping[str, Any], names: tuple[str, str], what: str) 
     items: list[Item] = [*_sentences(found, names, what)]
     if found["criteria"]:
         items.append(discordance_table(found, names))
-    if found["kpis"]:
+    if any(not _same(each) for each in found["kpis"].values()):
         items.append(differences_table(found, names))
+    same = [inside(title_of(key)) for key, each in found["kpis"].items() if each["pairs"] and _same(each)]
+    if same:
+        items.append(f"The same in all {what} of {names[0]} and {names[1]}: {'; '.join(same)}.")
     return items
+
+
+def _same(each: Mapping[str, Any]) -> bool:
+    """Whether there is no difference in any pair."""
+    return not each["pairs"] or each["mean"] == each["median"] == each["largest"] == 0.0
 
 
 def _sentences(found: Mapping[str, Any], names: tuple[str, str], what: str) -> list[str]:
     for key, each in found["kpis"].items():
-        if each["interval"] is None or each["first_better"] is None:
+        if each["interval"] is None or _same(each) or each["first_better"] is None:
             continue
         unit = f" {unit_of(key)}" if unit_of(key) else ""
         low, high = each["interval"]
         better = [f"{name} is better in {percent(each[part])} %" for name, part in zip(names, BETTER, strict=True)]
         sure = "which chance may explain" if low <= 0.0 <= high else "which chance does not explain"
         return [
-            f"{names[0]} less {names[1]}, {inside(title_of(key))}: {_signed(each['mean'])}{unit} on average of "
+            f"{names[0]} less {names[1]}, {inside(title_of(key))}: {signed(each['mean'])}{unit} on average of "
             f"{number(each['pairs'])} {what}, 95 % interval {ends(each['interval'])}{unit}, {sure}. "
             f"{' of them, '.join(better)}."
         ]
@@ -86,14 +94,14 @@ def differences_table(found: Mapping[str, Any], names: tuple[str, str]) -> Table
         [
             f"{title_of(key)} [{unit_of(key)}]" if unit_of(key) else title_of(key),
             number(each["pairs"]),
-            _signed(each["mean"]),
+            signed(each["mean"]),
             ends(each["interval"]),
-            _signed(each["median"]),
+            signed(each["median"]),
             percent(each["first_better"]),
             percent(each["second_better"]),
         ]
         for key, each in found["kpis"].items()
-        if each["pairs"]
+        if not _same(each)
     ]
     heads = [
         f"{names[0]} less {names[1]}",
@@ -107,15 +115,16 @@ def differences_table(found: Mapping[str, Any], names: tuple[str, str]) -> Table
     return Table(heads, rows)
 
 
-def _signed(value: float | None) -> str:
+def signed(value: float | None) -> str:
+    """A difference, with its sign."""
     return "-" if value is None else ("+" if value > 0.0 else "") + number(value)
 
 
-def pairs_panels(results: Results, column: str) -> Panels:
+def pairs_panels(results: Results, column: str, couples: Iterable[tuple[str, str]]) -> Panels:
     """Each draw as a point: what it is with one controller over what it is with the other."""
     values = results.values(column)
     panels: list[tuple[str, tuple[Line, ...]]] = []
-    for first, second in combinations(results.controllers, 2):
+    for first, second in couples:
         one, other = (values[rows] for rows in results.pairs(first, second))
         known = np.flatnonzero(np.isfinite(one) & np.isfinite(other))
         if len(known) > POINTS:

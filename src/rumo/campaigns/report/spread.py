@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
-from rumo.campaigns.columns import better_of, column_of, key_of, title_of, unit_of, with_unit
+from rumo.campaigns.columns import better_of, column_of, inside, key_of, title_of, unit_of, with_unit
 from rumo.campaigns.report.looks import line_looks, slim
+from rumo.campaigns.report.words import value_words
 from rumo.campaigns.results import Results
 from rumo.report.charts import LIMIT, Line, Panels
 from rumo.report.contents import Folded, Item, Section
@@ -28,13 +29,35 @@ def spreads(content: Mapping[str, Any], results: Results) -> Section:
     """A table and curves: those of criteria first, the others folded."""
     judged = judged_columns(results)
     others = [column for column in results.figures if column not in judged]
-    items: list[Item] = []
-    if judged:
-        items += [spread_table(content, judged), curves("distribution", results, judged)]
+    items: list[Item] = _spread("distribution", content, results, judged) if judged else []
     if others:
-        table, figure = spread_table(content, others), curves("distribution-others", results, others)
-        items += [Folded(f"{len(others)} other figures of merit", [table, figure])] if judged else [table, figure]
+        folded = _spread("distribution-others", content, results, others)
+        items.append(Folded(f"{len(others)} other figures of merit", folded))
     return Section("Distributions", items or ["Nothing is known of any run."])
+
+
+def _spread(key: str, content: Mapping[str, Any], results: Results, columns: list[str]) -> list[Item]:
+    """A table of figures that differ from run to run, and their curves; in words those that do not."""
+    found = differing(results, columns)
+    items: list[Item] = [spread_table(content, found), curves(key, results, found)] if found else []
+    return [*items, *same_words(results, columns)]
+
+
+def differing(results: Results, columns: Iterable[str]) -> list[str]:
+    """Those of some figures that are not the same in all runs."""
+    return [column for column in columns if column not in results.constant]
+
+
+def same_words(results: Results, columns: Iterable[str]) -> list[Item]:
+    """A sentence of those that are; nothing if there are none."""
+    found: dict[str, list[str]] = {}
+    for column in columns:
+        if column in results.constant:
+            values = results.values(column)
+            value = f"{value_words(float(values[np.isfinite(values)][0]))} {unit_of(column)}".rstrip()
+            found.setdefault(value, []).append(inside(title_of(column)))
+    said = "; ".join(f"{', '.join(titles)}: {value}" for value, titles in found.items())
+    return [f"The same in all runs: {said}."] if said else []
 
 
 def judged_columns(results: Results) -> list[str]:
