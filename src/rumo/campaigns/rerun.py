@@ -1,0 +1,164 @@
+"""A run of a campaign once more: its log, whether it is the same, and what it looked like."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rumo.campaigns.columns import BY_KEY, KPI, STATUS, texts, title_of, unit_of
+from rumo.campaigns.comparison.drives import over_time
+from rumo.campaigns.criteria import Criterion
+from rumo.campaigns.reading import campaign_of
+from rumo.campaigns.report.drives import drive_figures
+from rumo.campaigns.report.words import settings_words
+from rumo.campaigns.store import read_head, read_rows
+from rumo.campaigns.summary import plain
+from rumo.campaigns.work import figures, logged, scenario_of, task_run
+from rumo.errors import ArgumentError
+from rumo.report.contents import Beside, Item, Report, Section
+from rumo.report.tables import Table, number
+from rumo.studies.base import shared_controller
+from rumo.studies.looks import label
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class Rerun:
+    """A run that was made again.
+
+    Attributes
+    ----------
+    key, controller, draw, settings
+        Which run.
+    log : xarray.Dataset or None
+        Of the run, as far as it went.
+    error : str or None
+        What it raised.
+    row : dict
+        What it came to: `outcome`, `ended`, and figures of merit, as in rows.
+    before : dict
+        The row of the campaign.
+    criteria : tuple of Criterion
+        By which the campaign judges.
+    """
+
+    key: str
+    controller: str
+    draw: int
+    settings: Mapping[str, Any]
+    log: xr.Dataset | None
+    error: str | None
+    row: Mapping[str, Any]
+    before: Mapping[str, Any]
+    criteria: tuple[Criterion, ...]
+
+    @property
+    def differs(self) -> list[str]:
+        """Columns of which the value is not the same, bit for bit; those of times are not compared."""
+        compared = [name for name in self.row if name.startswith((KPI, STATUS)) or name in ("outcome", "ended")]
+        return [name for name in compared if plain(self.before.get(name)) != plain(self.row[name])]
+
+
+def rerun(folder: str | Path, key: str) -> Rerun:
+    """Make a run of a campaign again, in this process.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Of the campaign.
+    key : str
+        Of the run, or the beginning of it.
+
+    Raises
+    ------
+    ArgumentError
+        If there is no campaign, no such run or several, or if a file or a version that decides it is not what it was.
+    """
+    specification = read_head(folder)["specification"]
+    rows = read_rows(folder)
+    before = _row(rows, key)
+    campaign = campaign_of(specification)
+    task = campaign.task(int(before["draw"]), str(before["controller"]))
+    if task["key"] != before["key"]:
+        raise ArgumentError(
+            "key",
+            f"{before['key']}, which is now the run {task['key']}",
+            "a run of which nothing has changed",
+            f"It was made by Rumo {before.get('run.rumo')}; that version, and the files as they were, repeat it.",
+        )
+    made = task_run(campaign.common, task)
+    scenario = scenario_of(made)
+    controller = None if scenario is None else shared_controller(scenario)
+    row: dict[str, Any] = {"outcome": "raised", "ended": None}
+    log, error = None, None
+    try:
+        log = logged(made, controller)
+        row = {"outcome": "done", "ended": log.attrs.get("ended"), **figures(made, log, campaign.common["kpis"])}
+    except Exception as raised:  # as in the campaign, that is what came of the run
+        log, error = getattr(raised, "log", log), f"{type(raised).__name__}: {raised}"
+    criteria = tuple(campaign.criteria.values())
+    return Rerun(task["key"], task["controller"], task["draw"], task["settings"], log, error, row, before, criteria)
+
+
+def _row(rows: Any, key: str) -> dict[str, Any]:
+    keys = texts(rows, "key")
+    found = [i for i, other in enumerate(keys) if key and other.startswith(key)]
+    if len(found) != 1:
+        got = f"{key!r}, of which there are {len(found)}" if found else repr(key)
+        raise ArgumentError("key", got, f"the key of one of {len(keys)} runs, or the beginning of it")
+    return rows.iloc[found[0]].to_dict()
+
+
+def rerun_report(found: Rerun) -> Report:
+    """Sentences, figures of merit and figures of a run that was made again."""
+    same = not found.differs
+    told = (
+        "It came to what its row says, bit for bit."
+        if same
+        else f"Not what its row says: {', '.join(found.differs)} came to another value."
+    )
+    items: list[Item] = [told]
+    items += [text for text in (found.error, found.row.get("ended")) if text]
+    for criterion in found.criteria:
+        why = criterion.why(found.row)
+        items.append(f"{criterion.name}, {criterion.words}: {f'fails, {why}' if why else 'passes'}.")
+    values = {name.removeprefix(KPI): plain(value) for name, value in found.row.items() if name.startswith(KPI)}
+    rows = [
+        [title_of(name), number(_whole(value)), unit_of(name), BY_KEY[name.partition(".")[0]].meaning]
+        for name, value in values.items()
+        if value is not None and name.partition(".")[0] in BY_KEY
+    ]
+    sections = [Section("How it went", items, brief=True)]
+    if found.log is not None and found.log.sizes["time"] > 1:
+        charts = drive_figures(found.log, found.key)
+        shown: list[Item] = [Beside(charts)] if charts else []
+        known = {figure.title for figure in charts}
+        shown += [figure for figure in over_time({"Run": found.log}) if figure.title not in known]
+        sections.append(Section("Over time", shown))
+    if rows:
+        sections.append(Section("Figures of merit", [Table(["", "Value", "Unit", "Meaning"], rows, words=(0, 2, 3))]))
+    content = {
+        "key": found.key,
+        "controller": found.controller,
+        "draw": found.draw,
+        "settings": dict(found.settings),
+        "same": same,
+        "differs": found.differs,
+        "error": found.error,
+        "ended": found.row.get("ended"),
+        "kpis": values,
+    }
+    lead = f"{label(found.controller)}, draw {found.draw}: {settings_words(found.settings)}."
+    warning = "" if same else told
+    return Report(f"Run {found.key}", lead, content, sections, warning)
+
+
+def _whole(value: Any) -> Any:
+    """Numbers that are whole without a fraction, as counts are in tables of floats."""
+    return int(value) if isinstance(value, float) and np.isfinite(value) and value == int(value) else value
