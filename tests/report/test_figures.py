@@ -11,9 +11,9 @@ import xarray as xr
 from problems import pendulum
 
 import rumo
-from rumo.report.charts import NEUTRAL, Chart, Line, Panels
+from rumo.report.charts import NEUTRAL, Axis, Chart, HeatMap, Line, Panels
 from rumo.report.figures import draw
-from rumo.report.plots import plot
+from rumo.report.plots import narrow_layout, plot
 from rumo.simulation.faults import Missing, Stuck
 from rumo.simulation.recorder import Recorder
 from rumo.studies import PaperStudy
@@ -267,3 +267,27 @@ def test_show_takes_old_logs_and_those_of_a_loop_of_ones_own(shown):
         recorder.add(plan, time=0.1 * k, measured=[0.1, 0.0], applied=plan.command.values, reference={"angle": 0.0})
     axes, _ = shown(recorder.log())
     assert names_of(axes["angle"]) == {"Reference", "Measured"}
+
+
+def test_a_heat_map_is_the_same_on_page_and_in_print():
+    values = np.array([[1.0, np.nan], [2.0, 3.0]])
+    x, y = Axis("speed [m/s]", ("6", "8")), Axis("mu [1]", ("0.7", "0.9", "1.1"))
+    panels = (("RTI", values, np.ones((2, 2), dtype=int)),)
+    content = HeatMap(
+        key="map", title="Map", x_label="", y_label="", panels=panels, x=x, y=y, label="Error [m]", span=(1.0, 3.0)
+    )
+    (cells,) = plot(content).data
+    assert sorted(zip(cells.x, cells.base + 0.5, cells.text, strict=True)) == [(0, 0, "1"), (0, 1, "2"), (1, 1, "3")]
+    printed = draw(content).axes[0]
+    np.testing.assert_array_equal(np.ma.filled(printed.collections[0].get_array(), np.nan), values)
+    assert [text.get_text() for text in printed.texts] == ["1", "2", "3"]
+    assert (x.places(2).tolist(), y.places(2).tolist()) == ([0, 1], [-0.5, 0.5, 1.5])  # below cells, and between them
+
+
+def test_on_narrow_screens_labels_stay_where_they_are():
+    line = Line("a", np.arange(3.0), np.arange(3.0), NEUTRAL)
+    for title in ("", "Panel"):
+        content = Panels("key", "Title", "Runs [%]", "y [1]", ((title, (line,)),))
+        annotations = {each["text"]: each for each in narrow_layout(content, plot(content))["annotations"]}
+        assert annotations["Runs [%]"]["y"] == 0
+        assert title not in annotations or annotations[title]["y"] == 1.0

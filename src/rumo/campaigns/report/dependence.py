@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,8 @@ BUDGET, FOLDED = 18_000, 9_000
 """Points of all panels, for figures with criteria and for the others: the page stays one that is opened at once."""
 ENDS = 10
 """Runs with the largest values that are never thinned out."""
+PANELS = 48
+"""Of all other figures together, those over settings on which most depends; each has one at least."""
 SIDEWAYS = 0.5
 """Of the distance between values of a grid: in such a band stand the points of each."""
 FEW = 8
@@ -48,13 +50,14 @@ def dependences(content: Mapping[str, Any], results: Results) -> Section:
         items.append(correlation_table(content, results, judged))
         if any(len(np.unique(results.setting(name))) <= FEW for name in results.numeric):
             items.append("In the figures, runs with the same value of a setting stand beside each other about it.")
-        items += [points(results, column, BUDGET // len(judged)) for column in judged]
+        items += [points(results, column, BUDGET // len(judged), results.numeric) for column in judged]
     items += same_words(results, leading)
     if results.criteria:
         items += [table for name in results.varied if (table := shares_table(results, name))]
     if others and results.numeric:
         inside: list[Item] = [correlation_table(content, results, others)]
-        inside += [points(results, column, FOLDED // len(others)) for column in others]
+        shown = {column: _most(content, results, column, PANELS // len(others)) for column in others}
+        inside += [points(results, column, FOLDED // len(others), shown[column]) for column in others]
         items.append(Folded(f"{len(others)} other figures of merit", inside))
     return Section("What it depends on", items)
 
@@ -69,12 +72,9 @@ def correlation_table(content: Mapping[str, Any], results: Results, columns: lis
         for name in results.controllers
     ]
 
-    def size(name: str) -> float:
-        return max((abs(each["rho"]) for each in found[columns[0]][name].values() if each is not None), default=0.0)
-
     rows = [
         [name, *(_rho(found[column][name][driver]) for column in columns for driver in results.controllers)]
-        for name in sorted(results.numeric, key=lambda name: -size(name))
+        for name in sorted(results.numeric, key=lambda name: -_size(found[columns[0]][name]))
     ]
     return Table(["Setting", *heads], rows)
 
@@ -86,10 +86,10 @@ def _rho(found: Mapping[str, float] | None) -> str:
     return f"{correlation.rho:+.2f}" if correlation.clear else f"({correlation.rho:+.2f})"
 
 
-def points(results: Results, column: str, budget: int) -> Panels:
-    """A figure over each setting that varies, a point for each run; thinned out by chance, the same each time."""
+def points(results: Results, column: str, budget: int, settings: Sequence[str]) -> Panels:
+    """A figure over settings that vary, a point for each run; thinned out by chance, the same each time."""
     looks, values = point_looks(results.controllers), results.values(column)
-    most = max(40, min(POINTS, budget // (len(results.numeric) * len(results.controllers))))
+    most = max(40, min(POINTS, budget // (len(settings) * len(results.controllers))))
     limits = [
         limit
         for each in results.criteria
@@ -98,7 +98,7 @@ def points(results: Results, column: str, budget: int) -> Panels:
     ]
     shown = {name: _thinned(np.flatnonzero(results.of(name) & np.isfinite(values)), values, most) for name in looks}
     panels: list[tuple[str, tuple[Line, ...]]] = []
-    for name in results.numeric:
+    for name in settings:
         setting = results.setting(name)
         span = np.array([np.nanmin(setting), np.nanmax(setting)])
         beside = _beside(setting, results.controllers)
@@ -109,15 +109,27 @@ def points(results: Results, column: str, budget: int) -> Panels:
         panels.append((name, (*(Line("Limit", span, np.full(2, limit), LIMIT) for limit in limits), *lines)))
     return Panels(
         f"over-settings-{key_of(column).replace('.', '-')}",
-        f"{with_unit(column)} over each setting" + _thinning(shown, results),
+        f"{with_unit(column)} over {'each setting' if len(settings) == len(results.numeric) else ', '.join(settings)}"
+        + _thinning(shown, results),
         "",
         with_unit(column),
         tuple(panels),
         shared="y",
         height=2.1,
         logarithmic="y" if wide(values) else "",
-        logarithmic_x=tuple(i for i, name in enumerate(results.numeric) if _logarithmic(results.setting(name))),
+        logarithmic_x=tuple(i for i, name in enumerate(settings) if _logarithmic(results.setting(name))),
     )
+
+
+def _most(content: Mapping[str, Any], results: Results, column: str, count: int) -> list[str]:
+    """The settings on which a figure depends most, in the order of all."""
+    found = content["rank_correlations"][key_of(column)]
+    first = sorted(results.numeric, key=lambda name: -_size(found[name]))[: max(count, 1)]
+    return [name for name in results.numeric if name in first]
+
+
+def _size(by_controller: Mapping[str, Any]) -> float:
+    return max((abs(each["rho"]) for each in by_controller.values() if each is not None), default=0.0)
 
 
 def _beside(setting: Array, controllers: tuple[str, ...]) -> dict[str, Array]:

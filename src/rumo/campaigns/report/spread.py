@@ -17,8 +17,8 @@ from rumo.report.tables import Table, number
 from rumo.signals import Array
 from rumo.studies.looks import label
 
-POINTS = 160
-"""Of a distribution's curve, at most; the tails keep each run."""
+POINTS, FEWEST, BUDGET = 160, 60, 6000
+"""Of a distribution's curve, at most and at least, and of all curves of a figure; the tails keep each run."""
 TAIL = 20
 """Runs at each end that all have a point."""
 WIDE = 30.0
@@ -84,10 +84,11 @@ def spread_table(content: Mapping[str, Any], columns: list[str]) -> Table:
 def curves(key: str, results: Results, columns: list[str]) -> Panels:
     """For each figure a panel with the share of runs that are below, by controller, and the limits of criteria."""
     looks = line_looks(results.controllers)
+    most = max(FEWEST, min(POINTS, BUDGET // (len(columns) * len(looks))))
     panels: list[tuple[str, tuple[Line, ...]]] = []
     for column in columns:
         lines = [
-            Line(label(name), *_curve(results.values(column)[results.of(name)]), looks[name], steps=True)
+            Line(label(name), *_curve(results.values(column)[results.of(name)], most), looks[name], steps=True)
             for name in results.controllers
         ]
         limits = [
@@ -117,12 +118,12 @@ def wide(values: Array) -> bool:
     return bool(known.max() > WIDE * np.median(known) or known.max() > 100.0 * known.min())
 
 
-def _curve(values: Array) -> tuple[Array, Array]:
+def _curve(values: Array, most: int) -> tuple[Array, Array]:
     """Values in order, and how many of all runs are as low in percent, thinned out between the tails."""
     known = np.sort(values[np.isfinite(values)])
     places = np.arange(known.size)
-    if known.size > POINTS:
-        middle = np.linspace(TAIL, known.size - 1 - TAIL, POINTS - 2 * TAIL).astype(int)
+    if known.size > most:
+        middle = np.linspace(TAIL, known.size - 1 - TAIL, most - 2 * TAIL).astype(int)
         places = np.unique(np.r_[places[:TAIL], middle, places[-TAIL:]])
     if not places.size:
         return known, known
