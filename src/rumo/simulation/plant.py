@@ -11,11 +11,11 @@ import numpy as np
 
 from rumo.checks import checked, positive_number
 from rumo.errors import ArgumentError, ShapeError
-from rumo.kernel import Ending
+from rumo.kernel import Ending, SystemProgram
 from rumo.model import Model
 from rumo.signals import Array, Signals
 from rumo.simulation.integrators import Integrated, Radau, Sundials
-from rumo.simulation.integrators.radau import cannot
+from rumo.simulation.integrators.radau import right_side
 
 logger = logging.getLogger("rumo")
 
@@ -84,7 +84,8 @@ class Plant:
         self._alone = method != "auto"
         if backend not in get_args(Backend):
             raise ArgumentError("backend", repr(backend), f"one of {', '.join(map(repr, get_args(Backend)))}")
-        self._core = Radau(self._given, backend == "tailored") if _by_core(model, method) else None
+        program = _by_core(model, method)
+        self._core = Radau(self._given, program, backend == "tailored") if program else None
         self.backend = self._core.build if self._core else "sundials"
         self._sundials = None if self._core else Sundials(self._given)
 
@@ -156,18 +157,18 @@ class Plant:
         return Plant, self._settings
 
 
-def _by_core(model: Model, method: Method) -> bool:
-    """Whether the core integrates a model; raises if it has to and cannot."""
+def _by_core(model: Model, method: Method) -> SystemProgram | None:
+    """The right-hand side of a model that the core integrates; raises if it has to and cannot."""
     if method not in get_args(Method):
         raise ArgumentError("method", repr(method), f"one of {', '.join(map(repr, get_args(Method)))}")
     if method == "sundials":
-        return False
-    reason = cannot(model)
-    if reason and method == "radau5":
-        raise ArgumentError(
-            "method", f"'radau5', but {reason}", "a model that the core can integrate", 'Or "sundials".'
-        )
-    return not reason
+        return None
+    found = right_side(model)
+    if isinstance(found, SystemProgram):
+        return found
+    if method == "radau5":
+        raise ArgumentError("method", f"'radau5', but {found}", "a model that the core can integrate", 'Or "sundials".')
+    return None
 
 
 class _Evaluated:

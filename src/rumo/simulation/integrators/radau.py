@@ -7,17 +7,20 @@ from typing import Any
 import numpy as np
 
 from rumo.errors import PlantError
-from rumo.kernel import Ending, Integrator, can_integrate, describe_system, portable, tailored_right_side
+from rumo.kernel import Ending, Integrator, SystemProgram, can_integrate, describe_system, portable, tailored_right_side
 from rumo.model import Model
 from rumo.recording import missing_in_model, system_program
 from rumo.signals import Array
 from rumo.simulation.integrators.base import Integrated
 
 
-def cannot(model: Model) -> str:
-    """Why the core cannot integrate a model; nothing if it can."""
+def right_side(model: Model) -> SystemProgram | str:
+    """The right-hand side of a model for the core; or why the core cannot integrate it."""
     operation = missing_in_model(model)
-    return f"the core lacks {operation}" if operation else can_integrate(system_program(model))
+    if operation:
+        return f"the core lacks {operation}"
+    program = system_program(model)
+    return can_integrate(program) or program
 
 
 class Radau:
@@ -29,17 +32,17 @@ class Radau:
     Parameters
     ----------
     given : Integrated
-        What is integrated: a model that `cannot` says nothing about.
+        What is integrated.
+    program : SystemProgram
+        Its right-hand side, see `right_side`.
     compiled : bool
         Whether its right-hand side is compiled, where that is possible.
     """
 
-    def __init__(self, given: Integrated, compiled: bool = False) -> None:
+    def __init__(self, given: Integrated, program: SystemProgram, compiled: bool = False) -> None:
         self._given = given
-        model = given.model
-        program = system_program(model)
         self._build = tailored_right_side(program) if compiled else portable()
-        self._description = describe_system(program, given.scales, model.algebraic_guess, given.tolerance)
+        self._description = describe_system(program, given.scales, given.model.algebraic_guess, given.tolerance)
         self._start()
 
     def _start(self) -> None:
