@@ -218,13 +218,10 @@ class Problem(Sealed):
         ArgumentError
             On any value that cannot work, as when a problem is made.
         """
-        other = object.__new__(type(self))
-        vars(other).update(vars(self))
         if all(part is None for part in (weights, ranges, bounds, move_bounds, limits, penalties, safe_input)):
             # As references do at each sample.
             table = parameter_table(self.model, self.parameters, as_mapping(parameters, "parameters"))
-            vars(other)["numbers"] = self.numbers.with_parameters(table)
-            return other
+            return self.renumbered(self.numbers.with_parameters(table))
         draft = Draft(self._structure, self.numbers)
         entries = (
             ("weights", weights, draft.weigh),
@@ -239,8 +236,24 @@ class Problem(Sealed):
                 enter(name, value, f"{argument}[{name!r}]")
         draft.choose_safe_input(as_mapping(safe_input, "safe_input"))
         draft.set_parameters(as_mapping(parameters, "parameters"))
-        other._take(draft.finished())
+        return self.renumbered(draft.finished())
+
+    def renumbered(self, numbers: ProblemNumbers) -> Problem:
+        """The same problem with the numbers of another of the same structure."""
+        other = object.__new__(type(self))
+        vars(other).update(vars(self), numbers=numbers)
+        if numbers.differences(self.numbers) != ["parameters"]:  # on which constraints do not depend
+            other._take(numbers)
         return other
+
+    @property
+    def structure(self) -> Structure:
+        """What all problems have in common that `changed` makes of one: the same object."""
+        return self._structure
+
+    def without_numbers(self) -> dict[str, Any]:
+        """All that decides a problem but its numbers, as data that can be pickled."""
+        return {name: value for name, value in self.__getstate__().items() if name != "numbers"}
 
     def _take(self, numbers: ProblemNumbers) -> None:
         vars(self)["numbers"] = numbers

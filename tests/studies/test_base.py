@@ -17,12 +17,13 @@ from rumo.report.figures import draw
 from rumo.report.page import write_page
 from rumo.simulation import Constant, load, save
 from rumo.studies import Drive, PaperStudy
-from rumo.studies.base import carry_out, nested, shared_controller
+from rumo.studies.base import carry_out, nested
 from rumo.studies.discretization import CASES, DiscretizationStudy
 from rumo.studies.estimation import EstimationStudy
 from rumo.studies.faults import FaultStudy
 from rumo.studies.linearization import LinearizationStudy
 from rumo.studies.race_line import RaceLineStudy
+from rumo.studies.sharing import shared_controller
 
 STUDIES = {
     "paper": PaperStudy(("rti", "nlp"), duration=0.4),
@@ -124,7 +125,8 @@ def test_controllers_are_shared_by_what_they_are_made_of():
     scenario = run.scenario
     controller = shared_controller(scenario)
     assert shared_controller(other.scenario) is controller
-    for changes in ({"settings": {"gate": rumo.InnovationGate(9.0)}}, {"backend": "reference"}):
+    assert shared_controller(replace(scenario, settings={"gate": rumo.InnovationGate(9.0)})) is controller
+    for changes in ({"backend": "reference"}, {"controller": "ltv"}):
         assert shared_controller(replace(scenario, **changes)) is not controller
 
 

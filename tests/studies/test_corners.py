@@ -12,12 +12,12 @@ from scipy.interpolate import splev, splprep
 from rumo.references import Road, speeds_within
 from rumo.simulation.log import signal
 from rumo.status import Status
-from rumo.studies.base import shared_controller
 from rumo.studies.linearization import CORNER, SWEEPS, LinearizationStudy
 from rumo.studies.linearization.corners import CHICANE, HAIRPIN, ICE, RIGHT_ANGLE, curvature_of
 from rumo.studies.linearization.study import KINDS
 from rumo.studies.linearization.summary import outcome
 from rumo.studies.paper.study import NOISE
+from rumo.studies.sharing import shared_controller
 from rumo.vehicles.parameters import GRAVITY
 
 TRACKS = os.environ.get("RUMO_TRACKS")

@@ -19,6 +19,7 @@ from rumo.controllers.settings import S, changed
 from rumo.errors import ArgumentError, FrozenError, ShapeError, UnknownNameError
 from rumo.forks import SharedLock
 from rumo.interrupts import interruptible
+from rumo.numbers import ProblemNumbers
 from rumo.plan import Plan
 from rumo.problem import Problem
 from rumo.sealed import Sealed
@@ -99,8 +100,19 @@ class Controller(Sealed, Generic[S]):
         for name in changes:
             if name not in CHANGES:
                 raise UnknownNameError("update", name, CHANGES)
+        with self._lock:
+            self.renumber(self.problem.changed(**changes).numbers)
+
+    def renumber(self, numbers: ProblemNumbers) -> None:
+        """Take all numbers of another problem of the same structure from the next preparation on, as `update` does.
+
+        Parameters
+        ----------
+        numbers : ProblemNumbers
+            Of a problem that differs from this controller's in numbers alone.
+        """
         with self._lock, interruptible():
-            transcription = self._transcription.renumbered(self.problem.changed(**changes))
+            transcription = self._transcription.renumbered(self.problem.renumbered(numbers))
             self._engine.update(transcription)
             self._transcription = transcription
 

@@ -6,17 +6,13 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass, field
-from functools import lru_cache
 from multiprocessing import get_context
 from signal import SIG_IGN, SIGINT, signal
-from threading import get_ident
 from typing import Any, ClassVar, Protocol
 
-from rumo.controllers import Controller
 from rumo.interrupts import interruptible
 from rumo.report.contents import Report
-from rumo.simulation import Scenario
+from rumo.studies.sharing import shared_controller as shared_controller
 
 Key = tuple[str | float, ...]
 """Says which run of a study: ("rti", "jump"). Its first part is what progress is told by."""
@@ -167,24 +163,3 @@ def nested(results: Mapping[Key, Any]) -> dict[Any, Any]:
             branch = branch.setdefault(part, {})
         branch[key[-1]] = result
     return tree
-
-
-def shared_controller(scenario: Scenario) -> Controller:
-    """A controller as a scenario wants it, made once for all runs in a thread: it takes longer than many a drive."""
-    settings = scenario.settings
-    options = tuple(settings.items()) if isinstance(settings, Mapping) else settings
-    wanted = (scenario.problem, scenario.controller, options, scenario.discretization, scenario.backend)
-    return _made(_Wanted(scenario, (get_ident(), *wanted)))
-
-
-@dataclass(frozen=True)
-class _Wanted:
-    """A scenario, as far as it decides what controller there is, and whose it is."""
-
-    scenario: Scenario = field(compare=False)
-    key: tuple[object, ...]
-
-
-@lru_cache(maxsize=8)
-def _made(wanted: _Wanted) -> Controller:
-    return wanted.scenario.make_controller()

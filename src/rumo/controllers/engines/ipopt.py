@@ -100,7 +100,7 @@ class Ipopt(Method):
         Q, R = ca.SX.sym("Q", len(problem.outputs), N), ca.SX.sym("R", nu, nb)
         limits = ca.SX.sym("limits", len(problem.constraints), N)
         self._stated = soft, limited = self._structure()
-        self._unit = problem.cost_scale
+        per_unit = ca.SX.sym("per_unit")
         s, l1, l2 = (ca.SX.sym(name, len(soft)) for name in ("s", "l1", "l2"))
         slack_of: dict[tuple[int, int], Any] = {index: s[i] for i, index in enumerate(soft)}
         cost = ca.SX(0)
@@ -117,8 +117,8 @@ class Ipopt(Method):
         moves = ca.vec(increments[list(limited), :])
         statement = {
             "x": ca.vertcat(ca.vec(w), ca.vec(v), s),
-            "p": ca.vertcat(x0, *map(ca.vec, (decided, reference, p, Q, R, limits)), l1, l2),
-            "f": cost / self._unit,
+            "p": ca.vertcat(x0, *map(ca.vec, (decided, reference, p, Q, R, limits)), l1, l2, per_unit),
+            "f": cost * per_unit,
             "g": ca.vertcat(*equalities, *hard, moves),
         }
         options = self._ipopt_options()
@@ -141,10 +141,9 @@ class Ipopt(Method):
         soft, limited = self._stated
         penalties = [penalty for _, j in soft if (penalty := problem.constraints[j].penalty) is not None]
         prices = [penalty.l1 for penalty in penalties] + [penalty.l2 for penalty in penalties]
-        # IPOPT's tolerance is absolute: the cost has the largest weight for its unit, whatever it was when stated.
-        unit = self._unit / problem.cost_scale
-        weights = unit * problem.output_weights, unit * problem.block_move_weights, problem.numbers.limits
-        self._numbers = np.r_[*(weight.ravel() for weight in weights), unit * np.array(prices)]
+        weights = problem.output_weights, problem.block_move_weights, problem.numbers.limits
+        # IPOPT's tolerance is absolute: the cost has the largest weight for its unit.
+        self._numbers = np.r_[*(weight.ravel() for weight in weights), prices, 1.0 / problem.cost_scale]
         self._steep = any(penalty.l1 > problem.cost_scale for penalty in penalties)  # see Polish
         states, (lower, upper) = problem.horizon * functions.unknowns, problem.block_bounds
         move_lower, move_upper = (bound[:, limited].ravel() for bound in problem.block_move_bounds)

@@ -16,12 +16,13 @@ from rumo.interrupts import Interrupted
 from rumo.registry import CONTROLLERS
 from rumo.report.contents import Report
 from rumo.simulation import Scenario
-from rumo.studies.base import Key, Resumable, Run, shared_controller
+from rumo.studies.base import Key, Resumable, Run
 from rumo.studies.faults.outcome import Drive, outcome
 from rumo.studies.faults.report import sections
 from rumo.studies.faults.summary import WHOLE, Results, by_fault
 from rumo.studies.faults.troubles import FAULTS
 from rumo.studies.paper import CLOSE_WEIGHTS, PaperStudy
+from rumo.studies.sharing import shared_controller
 
 if TYPE_CHECKING:
     import xarray as xr

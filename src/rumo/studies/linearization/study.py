@@ -20,11 +20,12 @@ from rumo.registry import CONTROLLERS
 from rumo.report.contents import Report
 from rumo.signals import Array
 from rumo.simulation import Plant, Scenario
-from rumo.studies.base import Key, Run, Study, shared_controller
+from rumo.studies.base import Key, Run, Study
 from rumo.studies.linearization.drives import BASE, Drive
 from rumo.studies.linearization.report import sections
 from rumo.studies.linearization.summary import Logs, sweep_outcomes
 from rumo.studies.linearization.sweeps import SWEEPS
+from rumo.studies.sharing import shared_controller
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,6 @@ import numpy as np
 from rumo.references import Path, SpeedProfile, Track
 from rumo.signals import Array
 from rumo.simulation import ByPlace
-from rumo.studies.base import shared_controller
 from rumo.studies.drive import DrivenRoad, DriveRun, DriveSetting, driven_car, estimator_of, noise_of
 from rumo.studies.drive.run import FINISHED
 from rumo.studies.kpis import Driven
@@ -20,6 +19,7 @@ from rumo.studies.roads.case import Case, Conditions, Progress, Variant, worst_b
 from rumo.studies.roads.cases.tracks import problem_of
 from rumo.studies.roads.outcome import RoadDrive, driven_until, recorded
 from rumo.studies.roads.rows import Goal, Outcomes, Row, largest, share
+from rumo.studies.sharing import shared_controller
 from rumo.vehicles import PASSENGER_CAR as CAR
 from rumo.vehicles.parameters import GRAVITY
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from rumo.references import SpeedProfile
 from rumo.references.manoeuvres import iso_3888_2
-from rumo.studies.base import shared_controller
 from rumo.studies.drive import (
     DrivenCar,
     DrivenRoad,
@@ -27,6 +26,7 @@ from rumo.studies.roads.case import Case, Conditions, Progress, Variant
 from rumo.studies.roads.cases.tracks import problem_of
 from rumo.studies.roads.outcome import RoadDrive, driven_until, recorded
 from rumo.studies.roads.rows import Goal, Outcomes, Row, values
+from rumo.studies.sharing import shared_controller
 from rumo.vehicles import PASSENGER_CAR as CAR
 
 if TYPE_CHECKING:

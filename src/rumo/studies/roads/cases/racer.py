@@ -15,7 +15,6 @@ from rumo.problem import Problem
 from rumo.references import SpeedLimits, SpeedProfile, Track, speed_profile
 from rumo.references.generators import Bend, bends, closing
 from rumo.simulation import Sensors
-from rumo.studies.base import shared_controller
 from rumo.studies.drive import DrivenCar, DrivenRoad, DriveRun, DriveSetting, driven_car, noise_of
 from rumo.studies.drive.run import FINISHED
 from rumo.studies.drive.start import first_motion
@@ -24,6 +23,7 @@ from rumo.studies.roads.case import Case, Conditions, Progress, Variant, worst_b
 from rumo.studies.roads.cases.tracks import FIGURES
 from rumo.studies.roads.outcome import RoadDrive, driven_until, recorded
 from rumo.studies.roads.rows import Goal, Outcomes, Row, largest, share
+from rumo.studies.sharing import shared_controller
 from rumo.vehicles import RACER_1_10 as CAR
 from rumo.vehicles import car_filter, path_problem, rolling_bicycle
 

@@ -15,7 +15,6 @@ from rumo.references.manoeuvres import reverse_parking
 from rumo.report.charts import Chart, Line, Panels
 from rumo.signals import Array
 from rumo.simulation import Constant, Scenario, Sensors
-from rumo.studies.base import shared_controller
 from rumo.studies.drive import DrivenCar, DrivenRoad, driven_car, estimator_of, noise_of
 from rumo.studies.drive.run import FINISHED, LOST, to_its_end
 from rumo.studies.drive.setting import WIND
@@ -24,6 +23,7 @@ from rumo.studies.looks import label, look
 from rumo.studies.roads.case import Case, Conditions, Progress, Variant
 from rumo.studies.roads.outcome import RoadDrive, recorded
 from rumo.studies.roads.rows import Goal, Outcomes, Row, largest, share
+from rumo.studies.sharing import shared_controller
 from rumo.vehicles import PASSENGER_CAR as CAR
 from rumo.vehicles import trajectory_problem
 

@@ -12,7 +12,6 @@ import numpy as np
 from rumo.problem import Problem
 from rumo.references import Path, SpeedProfile, TimedPath, Track
 from rumo.references.generators import sine
-from rumo.studies.base import shared_controller
 from rumo.studies.drive import DrivenRoad, DriveRun, DriveSetting, driven_car, estimator_of, noise_of
 from rumo.studies.drive.run import FINISHED
 from rumo.studies.kpis import SETTLED, Driven
@@ -21,6 +20,7 @@ from rumo.studies.kpis.base import rms
 from rumo.studies.roads.case import Case, Conditions, Progress, Variant, worst_by
 from rumo.studies.roads.outcome import RoadDrive, driven_until, recorded
 from rumo.studies.roads.rows import Goal, Outcomes, Row, largest, median, share
+from rumo.studies.sharing import shared_controller
 from rumo.vehicles import PASSENGER_CAR as CAR
 from rumo.vehicles import rolling_bicycle, trajectory_problem
 from rumo.vehicles.parameters import GRAVITY

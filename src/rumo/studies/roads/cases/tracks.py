@@ -9,13 +9,13 @@ from typing import Any
 
 from rumo.errors import ArgumentError
 from rumo.extras import required
-from rumo.studies.base import shared_controller
 from rumo.studies.drive import Drive, DrivenCar, DrivenRoad
 from rumo.studies.drive.run import FINISHED, DriveRun
 from rumo.studies.kpis import Driven, kpis
 from rumo.studies.roads.case import Case, Conditions, Progress, Variant, worst_by
 from rumo.studies.roads.outcome import RoadDrive, driven_until, recorded
 from rumo.studies.roads.rows import Goal, Outcomes, Row, largest, share
+from rumo.studies.sharing import shared_controller
 from rumo.vehicles import VehicleParameters, path_problem, rolling_bicycle
 
 FIGURES = ("time_off_track", "least_room", "lateral_deviation_rms", "lateral_deviation_max", "lap_time_over_profile")
