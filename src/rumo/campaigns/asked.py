@@ -24,15 +24,21 @@ def kpi_name(key: object, argument: str) -> str:
     return known[key.partition(".")[0]]
 
 
+def kpi_key(key: object, argument: str) -> str:
+    """Key by which rows have a figure of merit, from its name or key, which may have a part."""
+    name = kpi_name(key, argument)
+    head, _, part = str(key).partition(".")
+    if name in TIMES and head not in OTHER_KEYS:
+        raise UnknownNameError(argument, key, OTHER_KEYS)
+    head = head if head in OTHER_KEYS else KPIS[name].key
+    return f"{head}.{part}" if part else head
+
+
 def as_criterion(name: str, value: Any) -> Criterion:
     """A criterion of a figure that rows have, from one or from plain data."""
     criterion = value if isinstance(value, Criterion) else Criterion.of(name, value)
-    kpi = kpi_name(criterion.kpi, f"criteria.{name}.kpi")
-    head, _, part = criterion.kpi.partition(".")
-    if kpi in TIMES and head not in OTHER_KEYS:
-        raise UnknownNameError(f"criteria.{name}.kpi", criterion.kpi, OTHER_KEYS)
-    key = head if head in OTHER_KEYS else KPIS[kpi].key
-    return Criterion(name, f"{key}.{part}" if part else key, criterion.at_most, criterion.at_least)
+    key = kpi_key(criterion.kpi, f"criteria.{name}.kpi")
+    return Criterion(name, key, criterion.at_most, criterion.at_least)
 
 
 def as_report(report: Any, vary: Mapping[str, Any]) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -20,31 +20,46 @@ SETTINGS = ("runs", "controllers", "sampling", "seed", "timeout", "kpis", "logs"
 
 def campaign_arguments(tables: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """Arguments of a `Campaign` from plain data, as a file has it; names of files in it are relative to a folder."""
-    for name in tables:
-        if name not in TABLES:
-            raise UnknownNameError(name, name, TABLES)
-    for name in TABLES:
-        if not isinstance(tables.get(name, {}), Mapping):
-            raise ArgumentError(name, repr(tables[name]), f"a table: [{name}]")
-    settings = dict(tables.get("campaign", {}))
-    for name in settings:
-        if name not in SETTINGS:
-            raise UnknownNameError(f"campaign.{name}", name, SETTINGS)
+    check_tables(tables, TABLES)
+    settings = settings_in(tables, "campaign", SETTINGS)
     for name in ("controllers", "kpis"):
         if name in settings:
             if not isinstance(settings[name], list):
                 raise ArgumentError(f"campaign.{name}", repr(settings[name]), 'a list such as ["rti", "ltv"]')
             settings[name] = tuple(settings[name])
-    with _within("scenario"):
+    with within("scenario"):
         recipe = Recipe.of(tables.get("scenario"), folder)
     others = {name: tables.get(name, {}) for name in ("criteria", "report")}
-    return {"recipe": recipe, "vary": dict(_varied(tables.get("vary", {}), "")), **others, **settings}
+    return {"recipe": recipe, "vary": varied_in(tables, "vary"), **others, **settings}
 
 
-def _varied(table: Mapping[str, Any], prefix: str) -> Generator[tuple[str, Grid | Distribution]]:
-    for key, value in table.items():
+def check_tables(tables: Mapping[str, Any], known: Sequence[str]) -> None:
+    """Raise unless all tables of a file are known ones, and tables."""
+    for name in tables:
+        if name not in known:
+            raise UnknownNameError(name, name, known)
+        if not isinstance(tables[name], Mapping):
+            raise ArgumentError(name, repr(tables[name]), f"a table: [{name}]")
+
+
+def settings_in(tables: Mapping[str, Any], table: str, known: Sequence[str]) -> dict[str, Any]:
+    """What a table of known keys says."""
+    settings = dict(tables.get(table, {}))
+    for name in settings:
+        if name not in known:
+            raise UnknownNameError(f"{table}.{name}", name, known)
+    return settings
+
+
+def varied_in(tables: Mapping[str, Any], table: str) -> dict[str, Grid | Distribution]:
+    """Grids and distributions of a table, by dotted names."""
+    return dict(_varied(tables.get(table, {}), "", table))
+
+
+def _varied(values: Mapping[str, Any], prefix: str, table: str) -> Generator[tuple[str, Grid | Distribution]]:
+    for key, value in values.items():
         name = f"{prefix}{key}"
-        with _within(f"vary.{name}"):
+        with within(f"{table}.{name}"):
             if isinstance(value, list):
                 yield name, Grid(value)
             elif not isinstance(value, Mapping):
@@ -55,11 +70,11 @@ def _varied(table: Mapping[str, Any], prefix: str) -> Generator[tuple[str, Grid 
             elif "from" in value or "to" in value:
                 yield name, Grid.of(value)
         if isinstance(value, Mapping) and not {DISTRIBUTION, "from", "to"} & value.keys():
-            yield from _varied(value, f"{name}.")
+            yield from _varied(value, f"{name}.", table)
 
 
 @contextmanager
-def _within(table: str) -> Generator[None]:
+def within(table: str) -> Generator[None]:
     """Errors name the table in which their argument is."""
     try:
         yield
@@ -73,23 +88,18 @@ def renamed(error: ArgumentError, argument: str) -> ArgumentError:
 
 
 @contextmanager
-def errors_of(path: str | Path) -> Generator[None]:
-    """Errors name a file, and the line in it that sets their argument."""
+def errors_of(path: str | Path, table: str = "campaign", settings: Sequence[str] = SETTINGS) -> Generator[None]:
+    """Errors name a file, and the line in it that sets their argument, one of the settings of a table perhaps."""
     try:
         yield
     except FileError:
         raise
     except ArgumentError as error:
-        name = _in_file(error.argument)
+        name = error.argument.partition(":")[0]
+        name = f"{table}.{name}" if name.partition(".")[0] in settings else name
         line = line_of(path, name)
         while line is None and "." in name:
             name = name.rpartition(".")[0]
             line = line_of(path, name)
         place = f"{path}, line {line}" if line else f"{path}"
         raise renamed(error, f"{place}: {error.argument}") from None
-
-
-def _in_file(argument: str) -> str:
-    """Dotted name in a file of what an argument of a `Campaign` is called."""
-    name = argument.partition(":")[0]
-    return f"campaign.{name}" if name.partition(".")[0] in SETTINGS else name

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import closing
-from typing import Any
 
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.store import Store

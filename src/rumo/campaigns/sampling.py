@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from inspect import signature
@@ -77,6 +77,15 @@ class Grid:
         """The extreme values of numbers; all, of what are none."""
         numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in self.values)
         return (min(self.values), max(self.values)) if numbers else tuple(self.values)  # pyright: ignore[reportArgumentType, reportReturnType, reportCallIssue]
+
+
+def as_varied(value: Any, argument: str) -> Grid | Distribution:
+    """What varies, from a grid, a distribution or a sequence of values; others raise, naming `argument`."""
+    if isinstance(value, Grid | Distribution):
+        return value
+    if isinstance(value, str | Mapping) or not isinstance(value, Collection) or not len(value):
+        raise ArgumentError(argument, repr(value), "a list of values, a range or a distribution")
+    return Grid(value if isinstance(value, range) else list(value))  # pyright: ignore[reportUnknownArgumentType]
 
 
 @dataclass(frozen=True)

@@ -245,7 +245,7 @@ class Search:
 def check_space(space: Mapping[str, Distribution | Grid]) -> None:
     """Raise unless everything can be searched."""
     for name, choice in space.items():
-        if not isinstance(choice, SEARCHED) or (values := options_of(choice)) is not None and not _listed(values):
+        if not isinstance(choice, SEARCHED) or ((values := options_of(choice)) is not None and not _listed(values)):
             expected = "a list of numbers or texts, or a distribution with ends: uniform, log-uniform, integers"
             raise ArgumentError(f"search.{name}", repr(choice), expected)
 

@@ -15,7 +15,7 @@ from rumo.campaigns.asked import as_criterion, as_report, kpi_name
 from rumo.campaigns.distributions import Distribution
 from rumo.campaigns.reading import campaign_arguments, errors_of
 from rumo.campaigns.rehearsal import rehearse
-from rumo.campaigns.sampling import SAMPLINGS, SEED, Draws, Grid
+from rumo.campaigns.sampling import SAMPLINGS, SEED, Draws, as_varied
 from rumo.campaigns.work import CONTROLLER, LOGS
 from rumo.checks import as_mapping, checked, known_names, positive_number, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
@@ -92,7 +92,7 @@ class Campaign:
                 raise UnknownNameError(argument, value, known)
         whole_number(self.seed, "seed", 0)
         positive_number(self.timeout, "timeout")
-        vary = {name: _as_varied(name, value) for name, value in as_mapping(self.vary, "vary").items()}
+        vary = {name: as_varied(value, f"vary.{name}") for name, value in as_mapping(self.vary, "vary").items()}
         for table, names in (("vary", vary), ("scenario", self.recipe.settings)):
             if CONTROLLER in names:
                 raise ArgumentError(f"{table}.{CONTROLLER}", "something", "nothing: controllers says which drive")
@@ -240,9 +240,9 @@ class Campaign:
         """What decides the rows of all tasks."""
         return {"format": FORMAT, "rumo": __version__, "recipe": self.recipe.identity, "kpis": sorted(self.kpis or ())}
 
-    def task(self, draw: int, controller: str) -> dict[str, Any]:
-        """A run: its key is the hash of all that decides its row."""
-        settings = self.settings(draw)
+    def task(self, draw: int, controller: str, further: Mapping[str, Plain] | None = None) -> dict[str, Any]:
+        """A run, perhaps with further settings: its key is the hash of all that decides its row."""
+        settings = {**(further or {}), **self.settings(draw)}
         content = self._identity | {"settings": settings, "controller": controller}
         key = hashlib.sha256(canonical(content).encode()).hexdigest()[:16]
         return {"key": key, "draw": draw, "controller": controller, "settings": settings}
@@ -271,14 +271,6 @@ class Tasks(Collection[Any]):
 
     def __contains__(self, task: object) -> bool:
         return any(task == each for each in self)
-
-
-def _as_varied(name: str, value: Any) -> Grid | Distribution:
-    if isinstance(value, Grid | Distribution):
-        return value
-    if isinstance(value, str | Mapping) or not isinstance(value, Collection) or not len(value):
-        raise ArgumentError(f"vary.{name}", repr(value), "a list of values, a range or a distribution")
-    return Grid(value if isinstance(value, range) else list(value))  # pyright: ignore[reportUnknownArgumentType]
 
 
 def canonical(content: Any) -> str:

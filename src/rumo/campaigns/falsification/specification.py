@@ -11,8 +11,9 @@ from typing import Any
 
 from rumo.campaigns.criteria import Criterion
 from rumo.campaigns.distributions import Integers, LogUniform, Uniform
+from rumo.campaigns.sampling import as_varied
 from rumo.campaigns.search import SAMPLERS, check_space, options_of
-from rumo.campaigns.specification import Campaign, varied
+from rumo.campaigns.specification import Campaign
 from rumo.campaigns.task import Row
 from rumo.checks import as_mapping, checked, finite_number, positive_number, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
@@ -77,7 +78,7 @@ class Falsification:
             raise UnknownNameError("controller", self.controller, CONTROLLERS)
         if self.sampler not in SAMPLERS:
             raise UnknownNameError("sampler", self.sampler, SAMPLERS)
-        search = {name: varied(name, value, "search") for name, value in as_mapping(self.search, "search").items()}
+        search = {name: as_varied(value, f"search.{name}") for name, value in as_mapping(self.search, "search").items()}
         if not search:
             raise ArgumentError("search", "nothing", "at least one setting that may be chosen")
         check_space(search)

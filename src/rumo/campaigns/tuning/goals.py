@@ -152,14 +152,14 @@ def goals_of(kind: type[Goal], table: Any, argument: str) -> dict[str, Any]:
     if not isinstance(table, Mapping):
         raise ArgumentError(argument, repr(table), f"tables: [{argument}.NAME]")
     found = dict[str, Any]()
-    for name, fields in table.items():
-        if not isinstance(fields, Mapping):
-            raise ArgumentError(f"{argument}.{name}", repr(fields), 'a table such as { kpi = "fallbacks", of = "max" }')
+    for name, given in table.items():
+        if not isinstance(given, Mapping):
+            raise ArgumentError(f"{argument}.{name}", repr(given), 'a table such as { kpi = "fallbacks", of = "max" }')
         known = [item.name for item in fields(kind) if item.name != "name"]
-        for key in fields:
+        for key in given:
             if key not in known:
                 raise UnknownNameError(f"{argument}.{name}.{key}", key, known)
-        if "kpi" not in fields:
+        if "kpi" not in given:
             raise ArgumentError(f"{argument}.{name}", "no kpi", 'a table such as { kpi = "fallbacks", of = "max" }')
-        found[name] = kind(name, **fields)
+        found[name] = kind(name, **given)
     return found

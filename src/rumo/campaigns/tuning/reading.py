@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import prod
 from pathlib import Path
 from typing import Any
 
-from rumo.campaigns.reading import checked_tables, errors_of, varied_of, within
-from rumo.campaigns.rehearsal import rehearse
+from rumo.campaigns.reading import check_tables, errors_of, settings_in, varied_in, within
+from rumo.campaigns.sampling import Grid
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.tuning.specification import Check, Tuning
-from rumo.errors import ArgumentError, UnknownNameError
+from rumo.errors import ArgumentError
 from rumo.scenarios import Recipe
 from rumo.scenarios.files import flattened, read_tables
 
@@ -18,6 +19,7 @@ TABLES = ("tune", "scenario", "search", "over", "objectives", "limits", "check")
 SETTINGS = ("trials", "runs", "controller", "sampler", "seed", "batch", "storage", "timeout")
 """Keys of the table `[tune]`."""
 CHECKS = ("runs", "vary", "scenario")
+"""Keys of the table `[check]`."""
 
 
 def read_tuning(path: str | Path) -> Tuning:
@@ -33,42 +35,41 @@ def read_tuning(path: str | Path) -> Tuning:
     ArgumentError
         If anything in it cannot work; the message names file, line, key, what is there and what could be.
     """
-    with errors_of(path):
+    with errors_of(path, "tune", SETTINGS):
         tuning = tuning_of(read_tables(path), Path(path).parent)
-        rehearse(tuning.drives)
-        with within("search"):
-            rehearse(Campaign(tuning.drives.recipe, tuning.search, runs=1_000, controllers=(tuning.controller,)))
+        rehearse_search(tuning.drives, tuning.search)
         return tuning
 
 
 def tuning_of(tables: Mapping[str, Any], folder: Path = Path()) -> Tuning:
     """A tuning from plain data, as a file has it; names of files in it are relative to a folder."""
-    checked_tables(tables, TABLES)
-    settings = dict(tables.get("tune", {}))
-    for name in settings:
-        if name not in SETTINGS:
-            raise UnknownNameError(f"tune.{name}", name, SETTINGS)
+    check_tables(tables, TABLES)
+    settings = settings_in(tables, "tune", SETTINGS)
     with within("scenario"):
         recipe = Recipe.of(tables.get("scenario"), folder)
-    search, over = varied_of(tables.get("search", {}), "search"), varied_of(tables.get("over", {}), "over")
-    check = _check(tables["check"]) if "check" in tables else None
-    with within("tune", but=TABLES):
-        return Tuning(
-            recipe,
-            search,
-            over,
-            tables.get("objectives", {}),
-            tables.get("limits", {}),
-            check=check,
-            **settings,
-        )
+    objectives, limits = tables.get("objectives", {}), tables.get("limits", {})
+    search, over = varied_in(tables, "search"), varied_in(tables, "over")
+    return Tuning(recipe, search, over, objectives, limits, check=_check(tables), **settings)
 
 
-def _check(table: Mapping[str, Any]) -> Check:
-    for name in table:
-        if name not in CHECKS:
-            raise UnknownNameError(f"check.{name}", name, CHECKS)
+def rehearse_search(drives: Campaign, search: Mapping[str, Any]) -> None:
+    """Begin drives at the ends of all that may be chosen."""
+    drives.rehearse()
+    try:
+        points = prod(len(each.values) for each in search.values() if isinstance(each, Grid))
+        Campaign(drives.recipe, search, runs=points, controllers=drives.controllers).rehearse()
+    except ArgumentError as error:
+        argument = error.argument
+        renamed = f"search{argument.removeprefix('vary')}" if argument.startswith("vary") else argument
+        raise ArgumentError(renamed, error.got, error.expected, error.cure) from None
+
+
+def _check(tables: Mapping[str, Any]) -> Check | None:
+    if "check" not in tables:
+        return None
+    table = settings_in(tables, "check", CHECKS)
     scenario = table.get("scenario", {})
     if not isinstance(scenario, Mapping):
         raise ArgumentError("check.scenario", repr(scenario), "a table of settings")
-    return Check(varied_of(table.get("vary", {}), "check.vary"), table.get("runs"), flattened(scenario))
+    with within("check"):
+        return Check(varied_in(table, "vary"), table.get("runs"), flattened(scenario))

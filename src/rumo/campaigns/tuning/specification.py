@@ -8,8 +8,10 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
+from rumo.campaigns.asked import kpi_key
+from rumo.campaigns.sampling import as_varied
 from rumo.campaigns.search import SAMPLERS, SEVERAL, check_space, options_of
-from rumo.campaigns.specification import Campaign, kpi_key, varied
+from rumo.campaigns.specification import Campaign
 from rumo.campaigns.tuning.goals import Goal, Limit, Objective, goals_of
 from rumo.checks import as_mapping, checked, positive_number, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
@@ -107,7 +109,7 @@ class Tuning:
             raise UnknownNameError("sampler", self.sampler, SAMPLERS)
         if self.storage is not None and "://" not in self.storage:
             raise ArgumentError("storage", repr(self.storage), "the URL of a database: sqlite:///tune.db")
-        search = {name: varied(name, value, "search") for name, value in as_mapping(self.search, "search").items()}
+        search = {name: as_varied(value, f"search.{name}") for name, value in as_mapping(self.search, "search").items()}
         if not search:
             raise ArgumentError("search", "nothing", "at least one setting that may be chosen")
         check_space(search)

@@ -15,7 +15,7 @@ from rumo.campaigns.store import Store
 from rumo.campaigns.task import Engine, Row
 from rumo.campaigns.tuning.specification import Tuning
 from rumo.errors import CampaignError
-from rumo.scenarios import Plain, Recipe
+from rumo.scenarios import Recipe
 
 JOURNAL, BEST = "trials.journal", "best.toml"
 
