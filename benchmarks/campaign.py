@@ -174,12 +174,13 @@ def scaling(options: argparse.Namespace) -> None:
     """Runs that sleep, on more workers than there are cores."""
     for workers in (1, 2, 4, 8):
         with DaskEngine(workers=workers) as engine:
-            tasks = Numbered(int(100 * workers))
-            list(engine.rows("campaign:sleep", {"seconds": 0.0}, Numbered(workers)))
+            rows = engine.rows("campaign:sleep", {"seconds": options.seconds}, Numbered(100 * workers))
+            for _ in range(workers):
+                next(rows)
             begun = time.monotonic()
-            for _ in engine.rows("campaign:sleep", {"seconds": options.seconds}, tasks):
+            for _ in rows:
                 pass
-            ideal = len(tasks) * options.seconds / workers
+            ideal = 99 * options.seconds
             print(f"{workers} workers: {100 * ideal / (time.monotonic() - begun):.1f} % of what they could do at most")
 
 

@@ -32,6 +32,10 @@ WORKER_PATIENCE = 60.0
 PAUSE = 5.0
 """Between two looks at how many workers there are [s]."""
 
+LOGS = ("distributed.admin.low-level-log-length", "distributed.admin.log-length")
+KEPT = 50
+"""Events that Dask remembers of the cluster within this process: each has the tasks of a batch."""
+
 
 class DaskEngine:
     """Carries out tasks in batches on a Dask cluster, whose workers each look after a process for every thread.
@@ -185,15 +189,18 @@ class _Window:
 
 def _embedded_cluster(distributed: Any, workers: int) -> Any:
     """Scheduler and worker as threads of this process, which speak to each other without a socket."""
-    return distributed.LocalCluster(
-        n_workers=1,
-        threads_per_worker=workers,
-        processes=False,
-        memory_limit=0,
-        dashboard_address="127.0.0.1:0",
-        worker_dashboard_address="127.0.0.1:0",
-        silence_logs=logging.CRITICAL,
-    )
+    from dask.config import set as configured
+
+    with configured(dict.fromkeys(LOGS, KEPT)):
+        return distributed.LocalCluster(
+            n_workers=1,
+            threads_per_worker=workers,
+            processes=False,
+            memory_limit=0,
+            dashboard_address="127.0.0.1:0",
+            worker_dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL,
+        )
 
 
 def _connected(distributed: Any, scheduler: str) -> Any:
