@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -129,3 +131,32 @@ class AugmentedModel:
         if name not in self._biased:
             return value
         return value + x[f"x{self.size - len(self._biased) + self._biased.index(name)}"]
+
+
+def shared_model(
+    problem: Problem,
+    measured: Signals,
+    unknown: tuple[str, ...],
+    biased: tuple[str, ...],
+    discretization: Discretization | None,
+) -> AugmentedModel:
+    """One that is there already, if it was made of the same: it takes as long as many samples, and does not change."""
+    key = (problem.model, problem.sampling_time, measured.names, unknown, biased, discretization)
+    if not isinstance(discretization, Hashable):  # a scheme of the user's
+        return AugmentedModel(problem, measured, unknown, biased, discretization)
+    return _made(_Made(key, problem, measured))
+
+
+@dataclass(frozen=True)
+class _Made:
+    """All that decides an augmented model, and what it is made of."""
+
+    key: tuple[Model, float, tuple[str, ...], tuple[str, ...], tuple[str, ...], Discretization | None]
+    problem: Problem = field(compare=False)
+    measured: Signals = field(compare=False)
+
+
+@lru_cache(maxsize=8)
+def _made(made: _Made) -> AugmentedModel:
+    _, _, _, unknown, biased, discretization = made.key
+    return AugmentedModel(made.problem, made.measured, unknown, biased, discretization)

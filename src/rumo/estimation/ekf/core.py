@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import Any
+
 import numpy as np
 
 from rumo.controllers.engines.described import core_problem
@@ -26,8 +29,7 @@ class CoreFilter:
     backend = "portable"
 
     def __init__(self, model: AugmentedModel, numbers: FilterNumbers) -> None:
-        # Its own maps of a step are wanted, however wide the model.
-        self._description = core_problem(model.transcription, "riccati").values
+        self._description = _described(model)
         self._n, self._m = model.size, len(numbers.noise)
         self.retune(numbers)
 
@@ -67,3 +69,9 @@ class CoreFilter:
         if not self._filter.linearise(after, applied, parameters, A, y, H):
             raise np.linalg.LinAlgError("the model has no finite value")
         return after, A, y, H
+
+
+@lru_cache(maxsize=8)
+def _described(model: AugmentedModel) -> dict[str, Any]:
+    """What the core is told of a model; its own maps of a step are wanted, however wide the model."""
+    return core_problem(model.transcription, "riccati").values

@@ -20,7 +20,7 @@ from rumo.checks import (
 from rumo.discretization import Discretization
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.estimation.base import measured_signals
-from rumo.estimation.ekf.augmented import AugmentedModel
+from rumo.estimation.ekf.augmented import AugmentedModel, shared_model
 from rumo.estimation.ekf.core import CoreFilter, can_compute
 from rumo.estimation.ekf.engine import FilterNumbers
 from rumo.estimation.ekf.numpy import NumpyFilter
@@ -151,7 +151,7 @@ class ExtendedKalman:
         scheme = self.discretization or discretization
         if scheme is not None:
             checked(scheme, "ExtendedKalman.discretization", Discretization, "Write rumo.ImplicitEuler().")
-        augmented = AugmentedModel(problem, signals, parameters, biases, scheme)
+        augmented = shared_model(problem, signals, parameters, biases, scheme)
         numbers = self._numbers(problem, signals, [extra[name] for name in (*parameters, *biases)])
         late = self.lateness(signals, problem.sampling_time)
         first = self._first(problem, signals, late, numbers, parameters, biases)
