@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -13,14 +14,19 @@ from rumo.recording import missing_in_model, system_program
 from rumo.signals import Array
 from rumo.simulation.integrators.base import Integrated
 
+_found: WeakKeyDictionary[Model, SystemProgram | str] = WeakKeyDictionary()
+"""Right-hand sides, for as long as there are their models: to find one takes longer than many a drive."""
+
 
 def right_side(model: Model) -> SystemProgram | str:
     """The right-hand side of a model for the core; or why the core cannot integrate it."""
-    operation = missing_in_model(model)
-    if operation:
-        return f"the core lacks {operation}"
-    program = system_program(model)
-    return can_integrate(program) or program
+    found = _found.get(model)
+    if found is None:
+        operation = missing_in_model(model)
+        program = None if operation else system_program(model)
+        found = f"the core lacks {operation}" if program is None else can_integrate(program) or program
+        _found[model] = found
+    return found
 
 
 class Radau:
