@@ -8,7 +8,7 @@ import subprocess
 import sys
 from contextlib import ExitStack, suppress
 from queue import Empty, SimpleQueue
-from threading import Thread
+from threading import Lock, Thread
 from time import monotonic
 from typing import Any
 
@@ -46,6 +46,7 @@ class Process:
 
     def __init__(self) -> None:
         self._lifeline: int | None = None
+        self._ending = Lock()
         options: dict[str, Any] = {"start_new_session": True}
         if sys.platform == "win32":
             options = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
@@ -124,12 +125,13 @@ class Process:
             self._process.wait()
         for reader in self._readers:
             reader.join(HEARTBEAT)
-        assert self._process.stdin is not None
-        with suppress(OSError):  # what was not sent yet
-            self._process.stdin.close()
-        if self._lifeline is not None:
-            os.close(self._lifeline)
-            self._lifeline = None
+        with self._ending:  # it may have ended while another thread ends it
+            assert self._process.stdin is not None
+            with suppress(OSError):  # what was not sent yet
+                self._process.stdin.close()
+            if self._lifeline is not None:
+                os.close(self._lifeline)
+                self._lifeline = None
 
     def _read_answers(self) -> None:
         assert self._process.stdout is not None
