@@ -147,7 +147,7 @@ with Store(folder / "campaign", {}) as store:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for processes' children")
-@pytest.mark.parametrize("engine", ["serial", "embedded"])
+@pytest.mark.parametrize("engine", [pytest.param("serial", marks=pytest.mark.slow), "embedded"])
 def test_killed_and_started_again_it_comes_to_the_same(tmp_path, engine):
     """The client, and a process that is at a run, are killed in the middle; one run crashes each time."""
     undisturbed, disturbed = tmp_path / "undisturbed", tmp_path / "disturbed"
