@@ -16,6 +16,7 @@ from rumo.model import Model
 from rumo.signals import Array, Signals
 from rumo.simulation.integrators import Integrated, Radau, Sundials
 from rumo.simulation.integrators.radau import right_side
+from rumo.simulation.observer import fast
 
 logger = logging.getLogger("rumo")
 
@@ -141,9 +142,8 @@ class Plant:
             g = ca.Function("g", of_z, [model.g(model.xz, model.u, model.p)])
             solve, rows = ca.rootfinder("solve", "newton", g), ca.Function("rows", of_z, [rows])
             given = [ca.MX.sym("given", g.size1_in(i)) for i in (1, 2, 3)]
-            function = ca.Function("observer", given, [rows(solve(model.algebraic_guess, *given), *given)])
-            return lambda x, u, p: function(x, u, p).full().ravel()
-        return _Evaluated(ca.Function("observer", given, [ca.densify(rows)]))
+            rows = rows(solve(model.algebraic_guess, *given), *given)
+        return fast(ca.Function("observer", given, [ca.densify(rows)]))
 
     def __copy__(self) -> Plant:
         """The same, with a memory of its own."""
@@ -169,24 +169,3 @@ def _by_core(model: Model, method: Method) -> SystemProgram | None:
     if method == "radau5":
         raise ArgumentError("method", f"'radau5', but {found}", "a model that the core can integrate", 'Or "sundials".')
     return None
-
-
-class _Evaluated:
-    """A function of x, u and p whose output is dense, evaluated without making CasADi's matrices of them."""
-
-    def __init__(self, function: Any) -> None:
-        # Whoever calls `evaluate` has to keep the buffer alive.
-        self._buffer, self._evaluate = function.buffer()
-        self._arguments = [np.zeros(function.size1_in(i)) for i in range(3)]
-        self._result = np.zeros(function.size1_out(0))
-        for i, argument in enumerate(self._arguments):
-            if len(argument):
-                self._buffer.set_arg(i, argument.data)
-        if len(self._result):
-            self._buffer.set_res(0, self._result.data)
-
-    def __call__(self, x: Array, u: Array, p: Array) -> Array:
-        held_x, held_u, held_p = self._arguments
-        held_x[:], held_u[:], held_p[:] = x, u, p
-        self._evaluate()
-        return self._result.copy()
