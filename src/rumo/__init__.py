@@ -11,6 +11,8 @@ from rumo.version import __version__
 
 if TYPE_CHECKING:
     from rumo.actuation import Actuation, Actuator, with_actuators
+    from rumo.campaigns.conduct import campaign
+    from rumo.campaigns.specification import Campaign
     from rumo.controllers import (
         Controller,
         ControllerSettings,
@@ -57,6 +59,7 @@ if TYPE_CHECKING:
     from rumo.plan import Plan
     from rumo.problem import Problem
     from rumo.report.show import show
+    from rumo.scenarios import Recipe
     from rumo.simulation import faults
     from rumo.simulation.loop import ClosedLoop
     from rumo.simulation.plant import Plant
@@ -76,6 +79,7 @@ __all__ = [
     "Bounds",
     "Butterworth",
     "CallOrderError",
+    "Campaign",
     "ClosedLoop",
     "Constraint",
     "Controller",
@@ -112,6 +116,7 @@ __all__ = [
     "Radau2",
     "Radau3",
     "RealTimeIteration",
+    "Recipe",
     "Recorder",
     "Rk4",
     "RumoError",
@@ -128,6 +133,7 @@ __all__ = [
     "UnstableModeWarning",
     "Weight",
     "__version__",
+    "campaign",
     "faults",
     "show",
     "simulate",
@@ -149,6 +155,9 @@ _ROOMS = (
     "estimation",
     "simulation",
     "report.show",
+    "scenarios",
+    "campaigns.specification",
+    "campaigns.conduct",
 )
 """Where public names are, which are loaded when they are asked for, as modules are: help on a command needs no CasADi,
 a controller alone neither SciPy nor a plotting library."""

@@ -159,6 +159,16 @@ def test_logs_are_files_of_their_own(folder):
         assert "log" not in store.rows()
 
 
+def test_of_many_runs_not_all_logs_are_kept(folder, monkeypatch):
+    monkeypatch.setattr("rumo.campaigns.store.MOST_LOGS", 2)
+    for first in (0, 3):  # also when it is started again
+        with Store(folder, SPECIFICATION) as store:
+            for number in range(first, first + 3):
+                store.add(row(number, log=b"a log"))
+            store.flush()
+    assert sorted(path.stem for path in (folder / "logs").glob("*.nc")) == ["0000", "0001"]
+
+
 def test_an_empty_campaign_has_no_rows(folder):
     with Store(folder, SPECIFICATION) as store:
         assert store.keys() == set()

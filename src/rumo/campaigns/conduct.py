@@ -147,7 +147,7 @@ def _require_short(wanted: Campaign, engine: Engine, store: Store) -> None:
     seconds = 0.0
     for _, driven in rows.groupby("controller"):
         finished = driven[driven["outcome"] == DONE]
-        times = (finished if len(finished) else driven)["run.wall_time_s"].sort_values()
+        times = sorted((finished if len(finished) else driven)["run.wall_time_s"].tolist())
         # The first run of a process sets up what the others share.
         seconds += median(times[: max(1, len(times) // 2)]) * (len(wanted.draws) - len(driven))
     hours = seconds / engine.workers / 3600.0

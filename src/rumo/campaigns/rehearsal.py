@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from contextlib import closing
+from collections.abc import Generator, Mapping
+from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from rumo.campaigns.distributions import Distribution
@@ -36,7 +36,8 @@ def rehearse(campaign: Campaign) -> None:
     ArgumentError
         If one cannot begin; the message begins with "scenario." or "vary." and the setting's name.
     """
-    first = campaign.settings(0)
+    with _told_of(campaign, campaign.draws[0], None):
+        first = campaign.settings(0)
     for name in campaign.controllers:
         _begin(campaign, first, name, None)
     for setting in campaign.vary:
@@ -58,8 +59,15 @@ def begin(run: Any) -> None:
 
 
 def _begin(campaign: Campaign, settings: Mapping[str, Plain], controller: str, tried: str | None) -> None:
-    try:
+    with _told_of(campaign, settings, tried):
         begin(task_run(campaign.common, {"controller": controller, "settings": settings}))
+
+
+@contextmanager
+def _told_of(campaign: Campaign, settings: Mapping[str, Plain], tried: str | None) -> Generator[None]:
+    """Errors name the setting that is tried, or which of them it is."""
+    try:
+        yield
     except ArgumentError as error:
         raise _told(error, campaign, settings, tried) from None
     except Exception as error:  # of the plant, or of a base of the user's

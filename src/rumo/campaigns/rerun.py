@@ -12,9 +12,9 @@ import numpy as np
 from rumo.campaigns.columns import BY_KEY, KPI, STATUS, texts, title_of, unit_of
 from rumo.campaigns.comparison.drives import over_time
 from rumo.campaigns.criteria import Criterion
-from rumo.campaigns.reading import campaign_of
 from rumo.campaigns.report.drives import drive_figures
 from rumo.campaigns.report.words import settings_words
+from rumo.campaigns.specification import Campaign
 from rumo.campaigns.store import read_head, read_rows
 from rumo.campaigns.summary import plain
 from rumo.campaigns.work import figures, logged, scenario_of, task_run
@@ -83,7 +83,7 @@ def rerun(folder: str | Path, key: str) -> Rerun:
     specification = read_head(folder)["specification"]
     rows = read_rows(folder)
     before = _row(rows, key)
-    campaign = campaign_of(specification)
+    campaign = Campaign.of(specification)
     task = campaign.task(int(before["draw"]), str(before["controller"]))
     if task["key"] != before["key"]:
         raise ArgumentError(

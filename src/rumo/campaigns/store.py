@@ -29,6 +29,8 @@ PART = 100
 """Rows from which a part is written."""
 PAUSE = 30.0
 """Time after which one is, of the rows that there are [s]."""
+MOST_LOGS = 100
+"""Logs that are kept as runs end; those of further ones can be made again."""
 PATIENCE = 1.0
 """How long to wait for another process that is about to leave the folder [s]."""
 
@@ -80,6 +82,7 @@ class Store:
                 write_whole(self.folder / HEAD, lambda place: place.write_text(text, encoding="utf-8"), durable=True)
             remove_temporaries(self._rows)
             parts = parts_in(self._rows)
+            self._logs = len([*(self.folder / LOGS).glob("*.nc")])
             self._next = 1 + max((_number(path) for path in parts), default=0)
             self._stack = stack.pop_all()
 
@@ -104,7 +107,7 @@ class Store:
         return read_rows(self.folder)
 
     def add(self, row: Row) -> None:
-        """Keep a row, in a file after a while; its `log` in one of its own at once.
+        """Keep a row, in a file after a while; its `log` in one of its own at once, if there are few of these.
 
         Raises
         ------
@@ -113,8 +116,9 @@ class Store:
         """
         log = row.get("log")
         self._buffer.append({name: value for name, value in row.items() if name != "log"})
-        if log is not None:
+        if log is not None and self._logs < MOST_LOGS:
             self.keep_log(row["key"], log)
+            self._logs += 1
         if len(self._buffer) >= PART or monotonic() - self._written >= PAUSE:
             self.flush()
 

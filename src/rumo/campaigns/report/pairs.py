@@ -14,12 +14,14 @@ from rumo.campaigns.report.spread import wide
 from rumo.campaigns.report.words import ends, percent
 from rumo.campaigns.results import Results
 from rumo.report.charts import REFERENCE, Line, Look, Panels
-from rumo.report.contents import Item, Section
+from rumo.report.contents import Folded, Item, Section
 from rumo.report.tables import Table, number
 from rumo.studies.looks import label
 
 POINTS = 800
 """Draws in a panel, at most."""
+FEW = 8
+"""Figures of merit that are shown without a click."""
 BETTER = ("first_better", "second_better")
 MARK = Look(COLORS[0], "", 1.0, "circle", 3.4)
 
@@ -44,12 +46,15 @@ def compared_items(found: Mapping[str, Any], names: tuple[str, str], what: str) 
     items: list[Item] = [*_sentences(found, names, what)]
     if found["criteria"]:
         items.append(discordance_table(found, names))
+    differences: list[Item] = []
     if any(not _same(each) for each in found["kpis"].values()):
-        items.append(differences_table(found, names))
+        differences.append(differences_table(found, names))
     same = [inside(title_of(key)) for key, each in found["kpis"].items() if each["pairs"] and _same(each)]
     if same:
-        items.append(f"The same in all {what} of {names[0]} and {names[1]}: {'; '.join(same)}.")
-    return items
+        differences.append(f"The same in all {what} of {names[0]} and {names[1]}: {'; '.join(same)}.")
+    if len(found["kpis"]) > FEW:
+        return [*items, Folded("All figures of merit", differences)]
+    return items + differences
 
 
 def _same(each: Mapping[str, Any]) -> bool:

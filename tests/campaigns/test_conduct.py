@@ -1,0 +1,151 @@
+"""A campaign from its file to its rows, its logs and its report, by function and by command."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from typer.testing import CliRunner
+
+import rumo
+from rumo.campaigns import conduct
+from rumo.campaigns.store import Store, read_rows
+from rumo.cli.app import app
+
+pytest.importorskip("distributed")
+pytest.importorskip("pyarrow")
+runner = CliRunner(env={"COLUMNS": "120"})
+
+FILE = """
+[campaign]
+runs = 6
+
+[scenario]
+base = "paper"
+duration = 2.4
+backend = "portable"
+
+[vary]
+mass = { distribution = "uniform", low = 180.0, high = 220.0 }
+noise_scale = { distribution = "uniform", low = 0.5, high = 2.0 }
+
+[criteria]
+close = { kpi = "tracking_error_max_after_2s_m", at_most = 0.5 }
+"""
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("files") / "small.toml"
+    path.write_text(FILE, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def rows(file, tmp_path_factory):
+    """Rows of the campaign, driven one after the other."""
+    return rumo.campaign(file, tmp_path_factory.mktemp("serial") / "small", serial=True)
+
+
+def lasting(rows):
+    """Without what may differ from one time to the next."""
+    kept = [name for name in rows.columns if not name.startswith("run.") and name != "attempts"]
+    return rows[kept].sort_values("key").reset_index(drop=True)
+
+
+def test_rows_from_python(rows):
+    assert list(rows["outcome"]) == ["done"] * 6
+    assert rows["setting.mass"].between(180.0, 220.0).all()
+    assert rows["setting.mass"].nunique() == 6
+    assert rows["setting.seed"].nunique() == 6
+    assert (rows["kpi.tracking_error_rms_m"] > 0.0).all()
+
+
+def test_by_command_there_are_the_same_rows_and_a_report(rows, file, tmp_path):
+    folder = tmp_path / "out"
+    result = runner.invoke(app, ["campaign", str(file), "--output", str(folder), "--jobs", "2"])
+    assert result.exit_code == 0, result.output
+    assert lasting(read_rows(folder)).equals(lasting(rows))
+    assert "close, largest error after 2 s at most 0.5 m: RTI passes" in " ".join(
+        result.stdout.split()
+    ).lower().replace("rti", "RTI")
+    assert "<title>Campaign out</title>" in (folder / "report.html").read_text(encoding="utf-8")
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert (summary["runs"], summary["complete"]) == (6, True)
+    kept = {run["key"] for run in summary["worst"]}
+    assert kept == {path.stem for path in (folder / "logs").glob("*.nc")} == set(rows["key"])
+
+
+def test_another_campaign_in_the_folder(file, tmp_path):
+    with Store(tmp_path / "out", {"another": 1}):
+        pass
+    result = runner.invoke(app, ["campaign", str(file), "--output", str(tmp_path / "out"), "--serial"])
+    assert result.exit_code == 2
+    assert "of another campaign" in result.output
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "parts"),
+    [
+        ("mass =", "mas =", ["small.toml, line 11: vary.mas", "mass"]),
+        ("low = 180.0", "low = -180.0", ["small.toml, line 11: vary.mass", "above 0"]),
+        ("runs = 6", "runs = 0", ["small.toml, line 3: runs", "at least 1"]),
+        ('"paper"', '"papre"', ["scenario.base", "paper"]),
+        ("tracking_error_max_after_2s_m", "tracking_error", ["criteria.close.kpi"]),
+        ("at_most = 0.5", 'at_most = "half"', ["criteria.close.at_most"]),
+        ("runs = 6", "runs = 6\nrusn = 7", ["rusn", "runs"]),
+    ],
+)
+def test_what_cannot_work_is_an_error_before_any_drive(file, tmp_path, old, new, parts):
+    path = tmp_path / "small.toml"
+    path.write_text(FILE.replace(old, new), encoding="utf-8")
+    result = runner.invoke(app, ["campaign", str(path), "--output", str(tmp_path / "out"), "--serial"])
+    said = " ".join(result.output.split())
+    assert result.exit_code == 2, said
+    assert [part for part in parts if part not in said] == [], said
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_scheduler_that_is_not_there(file, tmp_path):
+    result = runner.invoke(
+        app, ["campaign", str(file), "--output", str(tmp_path / "out"), "--scheduler", "tcp://127.0.0.1:1"]
+    )
+    assert result.exit_code == 2
+    assert "no scheduler answers" in " ".join(result.output.split())
+
+
+@pytest.mark.parametrize("further", [["--jobs", "2"], ["--scheduler", "tcp://127.0.0.1:1"]])
+def test_more_than_one_engine(file, tmp_path, further):
+    result = runner.invoke(app, ["campaign", str(file), "--output", str(tmp_path / "out"), "--serial", *further])
+    assert (result.exit_code, "one of them" in result.output) == (2, True)
+
+
+def test_what_takes_longer_than_an_hour_has_to_be_meant(file, tmp_path):
+    path, folder = tmp_path / "small.toml", tmp_path / "out"
+    path.write_text(FILE.replace("runs = 6", "runs = 6000000"), encoding="utf-8")
+    result = runner.invoke(app, ["campaign", str(path), "--output", str(folder), "--serial"])
+    said = " ".join(result.output.split())
+    assert result.exit_code == 2, said
+    assert "runs: got 6000000, which would take about" in said
+    assert "--yes" in said
+    assert len(read_rows(folder)) == conduct.PILOTS  # those that were timed
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is no signal to a process there")
+def test_ctrl_c_keeps_what_is_done_and_the_next_start_goes_on(rows, file, tmp_path):
+    folder = tmp_path / "out"
+    command = [sys.executable, "-m", "rumo", "campaign", str(file), "--output", str(folder), "--serial"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        while not [*folder.glob("rows/*.parquet")]:  # the pilots' rows
+            assert process.poll() is None
+            time.sleep(0.005)
+        process.send_signal(signal.SIGINT)
+        output, _ = process.communicate(timeout=60.0)
+    if process.returncode != 0:  # else it was done before
+        assert process.returncode == 130, output
+        assert "Incomplete" in output
+        assert len(read_rows(folder)) >= conduct.PILOTS
+    assert lasting(rumo.campaign(file, folder, serial=True)).equals(lasting(rows))
