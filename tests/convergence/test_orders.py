@@ -82,7 +82,7 @@ def problem_of(model, steps, **changes):
 
 
 def exact(model, x):
-    return Plant(model, DURATION, 1e-12, method="sundials").advance(
+    return Plant(model, DURATION, 1e-13, method="sundials").advance(
         np.array(x), np.array([INPUT]), model.default_parameters
     )
 
