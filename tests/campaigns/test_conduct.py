@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 import rumo
 from rumo.campaigns import conduct
+from rumo.campaigns.kept import read_results
 from rumo.campaigns.store import Store, read_rows
 from rumo.cli.app import app
 
@@ -77,6 +78,17 @@ def test_by_command_there_are_the_same_rows_and_a_report(rows, file, tmp_path):
     assert (summary["runs"], summary["complete"]) == (6, True)
     kept = {run["key"] for run in summary["worst"]}
     assert kept == {path.stem for path in (folder / "logs").glob("*.nc")} == set(rows["key"])
+
+
+def test_more_runs_other_criteria_and_fewer_runs(rows, file, tmp_path):
+    path, folder = tmp_path / "small.toml", tmp_path / "out"
+    more = FILE.replace("runs = 6", "runs = 8").replace("at_most = 0.5", "at_most = 0.4")
+    for text, count in ((FILE, 6), (more, 8), (FILE, 6)):
+        path.write_text(text, encoding="utf-8")
+        rumo.campaign(path, folder, serial=True)
+        assert len(read_results(folder).rows) == count
+    assert len(read_rows(folder)) == 8
+    assert lasting(read_results(folder).rows).equals(lasting(rows))
 
 
 def test_another_campaign_in_the_folder(file, tmp_path):

@@ -218,11 +218,19 @@ def test_what_a_killed_writer_has_left_is_removed(folder):
     assert not left.exists()
 
 
+def test_what_may_change_is_what_the_folder_says_from_then_on(folder):
+    for runs in (3, 5):
+        with Store(folder, {**SPECIFICATION, "runs": runs}, {"name": "a"}):
+            assert read_head(folder)["specification"]["runs"] == runs
+    with pytest.raises(rumo.ArgumentError, match="another name"):
+        Store(folder, SPECIFICATION, {"name": "b"})
+
+
 @pytest.mark.parametrize(
     ("change", "what"),
     [
         ({"rumo": "0.0.1"}, "of Rumo 0.0.1, expected rows of Rumo"),
-        ({"hash": "0", "specification": {"name": "b", "runs": 3}}, "of another campaign, with another name, expected"),
+        ({"hash": "0", "identity": {"name": "b", "runs": 3}}, "of another campaign, with another name, expected"),
         ({"format": 2}, "of format 2, expected format 1"),
     ],
 )

@@ -60,7 +60,8 @@ def carry_out(
         On Ctrl-C.
     """
     stored, begun = store.keys(failed=not retry_failed), monotonic()
-    standing = Standing(len(tasks), len(stored), len(stored), 0, 0.0)
+    before = min(len(stored), len(tasks))  # there may have been more tasks
+    standing = Standing(len(tasks), before, before, 0, 0.0)
     if tell is not None:
         tell(standing)
     try:

@@ -79,7 +79,7 @@ def campaign(
     """
     wanted = campaign_from(what)
     folder = folder_of(what) if output is None else Path(output)
-    with Store(folder, wanted.plain) as store, engine_of(scheduler, jobs, serial=serial) as engine:
+    with Store(folder, wanted.plain, wanted.identity) as store, engine_of(scheduler, jobs, serial=serial) as engine:
         conduct(wanted, engine, store, progress, yes=yes, retry_failed=retry_failed)
     from rumo.campaigns.store import read_rows
 

@@ -30,6 +30,8 @@ def read_results(folder: str | Path) -> Results:
     settings = specification.get("campaign", {})
     controllers = tuple(settings.get("controllers", ()))
     runs = settings.get("runs")
+    if runs is not None:
+        rows = rows[rows["draw"] < runs].reset_index(drop=True)  # there may have been more before
     chosen = specification.get("report", {}).get("heat_map")
     return Results(
         rows,

@@ -33,6 +33,10 @@ APART = 1_000_000
 """Seeds of drives in two campaigns are so far apart as their seeds, times this."""
 
 
+ADJUSTABLE = ("timeout", "logs")
+"""Keys of the table `[campaign]` that may change from one start to the next."""
+
+
 @dataclass(frozen=True)
 class Campaign:
     """A thousand drives, say, before they are driven.
@@ -234,6 +238,17 @@ class Campaign:
             "criteria": self.common["criteria"],
             "report": dict(self.report),
         }
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What of it may not change from one start to the next: the others add runs, or judge them otherwise.
+
+        Draws in a Latin hypercube are all others if there are more of them.
+        """
+        plain = self.plain
+        free = () if self.sampling == "latin-hypercube" else ("runs",)
+        settings = {name: value for name, value in plain["campaign"].items() if name not in (*ADJUSTABLE, *free)}
+        return {"campaign": settings, "scenario": plain["scenario"], "vary": plain["vary"]}
 
     @cached_property
     def _identity(self) -> dict[str, Any]:

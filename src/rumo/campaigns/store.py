@@ -43,7 +43,9 @@ class Store:
     folder : Path
         Made if it is not there.
     specification : mapping
-        What the campaign is, plain data: a folder is of one campaign.
+        What the campaign is, plain data.
+    identity : mapping, optional
+        What of it may not change: a folder is of one campaign. All of it if not given.
 
     Raises
     ------
@@ -53,12 +55,14 @@ class Store:
         If it has files that no campaign writes.
     """
 
-    def __init__(self, folder: str | Path, specification: Mapping[str, Any]) -> None:
+    def __init__(
+        self, folder: str | Path, specification: Mapping[str, Any], identity: Mapping[str, Any] | None = None
+    ) -> None:
         self.folder = Path(folder)
         self._buffer: list[Row] = []
         self._stored = 0
         self._written = monotonic()
-        head = _head(specification)
+        head = _head(specification, specification if identity is None else identity)
         with ExitStack() as stack:
             try:
                 self._rows.mkdir(parents=True, exist_ok=True)
@@ -77,9 +81,8 @@ class Store:
                     "one that says what they are",
                     "Name another folder.",
                 )
-            else:
-                text = json.dumps(head, indent=2, sort_keys=True) + "\n"
-                write_whole(self.folder / HEAD, lambda place: place.write_text(text, encoding="utf-8"), durable=True)
+            text = json.dumps(head, indent=2, sort_keys=True) + "\n"
+            write_whole(self.folder / HEAD, lambda place: place.write_text(text, encoding="utf-8"), durable=True)
             remove_temporaries(self._rows)
             parts = parts_in(self._rows)
             self._logs = len([*(self.folder / LOGS).glob("*.nc")])
@@ -183,7 +186,7 @@ class Store:
 
 
 def read_head(folder: str | Path) -> dict[str, Any]:
-    """What `campaign.json` says: `format`, `rumo`, `hash`, `specification`.
+    """What `campaign.json` says: `format`, `rumo`, `specification`, `identity` and its `hash`.
 
     Raises
     ------
@@ -231,10 +234,14 @@ def read_rows(folder: str | Path) -> pd.DataFrame:
     return read_parts(parts_in(Path(folder) / ROWS)).to_pandas()
 
 
-def _head(specification: Mapping[str, Any]) -> dict[str, Any]:
-    canonical = json.dumps(specification, sort_keys=True, separators=(",", ":"))
-    digest = hashlib.sha256(canonical.encode()).hexdigest()
-    return {"format": FORMAT, "rumo": __version__, "hash": digest, "specification": json.loads(canonical)}
+def _head(specification: Mapping[str, Any], identity: Mapping[str, Any]) -> dict[str, Any]:
+    digest = hashlib.sha256(_canonical(identity).encode()).hexdigest()
+    told = {"specification": json.loads(_canonical(specification)), "identity": json.loads(_canonical(identity))}
+    return {"format": FORMAT, "rumo": __version__, "hash": digest, **told}
+
+
+def _canonical(data: Mapping[str, Any]) -> str:
+    return json.dumps(data, sort_keys=True, separators=(",", ":"))
 
 
 def _compare(found: Mapping[str, Any], wanted: Mapping[str, Any], folder: Path) -> None:
@@ -242,7 +249,7 @@ def _compare(found: Mapping[str, Any], wanted: Mapping[str, Any], folder: Path) 
     if found["rumo"] != wanted["rumo"]:
         raise ArgumentError("output", f"'{folder}' of Rumo {found['rumo']}", f"rows of Rumo {wanted['rumo']}", cure)
     if found["hash"] != wanted["hash"]:
-        before, now = found["specification"], wanted["specification"]
+        before, now = found.get("identity", {}), wanted["identity"]
         names = sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
         differing = f", with another {', '.join(names)}" if names else ""
         raise ArgumentError("output", f"'{folder}' of another campaign{differing}", "a folder of this campaign", cure)

@@ -47,7 +47,7 @@ def campaign(
         wanted = campaign_from(file)
         folder = folder_of(file) if output is None else output
         stopped: BaseException | None = None
-        with Store(folder, wanted.plain) as store, engine_of(scheduler, jobs, serial=serial) as engine:
+        with Store(folder, wanted.plain, wanted.identity) as store, engine_of(scheduler, jobs, serial=serial) as engine:
             tell_dashboard(engine, quiet)
             try:
                 with campaign_progress(quiet) as tell:
