@@ -128,6 +128,7 @@ __all__ = [
     "ShapeError",
     "Status",
     "Trapezoidal",
+    "Tuning",
     "UnknownAttributeError",
     "UnknownNameError",
     "UnstableModeWarning",
@@ -137,6 +138,7 @@ __all__ = [
     "faults",
     "show",
     "simulate",
+    "tune",
     "with_actuators",
 ]
 

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import closing
+from math import inf
+from typing import Any
 
+from rumo.campaigns.rows import DONE
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.store import Store
 from rumo.campaigns.task import Engine, Row
+from rumo.interrupts import interruptible
 from rumo.scenarios import Plain
 
 WORK = "rumo.campaigns.work:run"
@@ -51,10 +55,26 @@ class Rounds:
         campaign, (controller, *_) = self._campaign, self._campaign.controllers
         draws = range(len(campaign.draws))
         wanted = [[campaign.task(draw, controller, further) for draw in draws] for further in proposals]
-        missing = {task["key"]: task for tasks in wanted for task in tasks if task["key"] not in self._known}
-        with closing(self._engine.rows(WORK, campaign.common, list(missing.values()))) as rows:
-            for row in rows:
-                self._store.add(row)
-                self._known[row["key"]] = {name: value for name, value in row.items() if name != "log"}
-        self._store.flush()
+        missing: dict[str, Any] = {
+            task["key"]: task for tasks in wanted for task in tasks if task["key"] not in self._known
+        }
+        try:
+            with closing(self._engine.rows(WORK, campaign.common, list(missing.values()))) as rows:
+                for row in rows:
+                    self._store.add(row)
+                    self._known[row["key"]] = {name: value for name, value in row.items() if name != "log"}
+        finally:
+            with interruptible(inf):
+                self._store.flush()
         return [[self._known[task["key"]] for task in tasks] for tasks in wanted]
+
+    def known(self, further: Mapping[str, Plain]) -> list[Row]:
+        """Rows of all draws with some settings; none unless all have been driven here."""
+        campaign, (controller, *_) = self._campaign, self._campaign.controllers
+        keys = [campaign.task(draw, controller, further)["key"] for draw in range(len(campaign.draws))]
+        return [self._known[key] for key in keys] if all(key in self._known for key in keys) else []
+
+    @property
+    def failed(self) -> list[Row]:
+        """Rows of all drives that did not come to their end, whatever the settings."""
+        return [row for row in self._known.values() if row["outcome"] != DONE]

@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from rumo.campaigns.distributions import Choice, Distribution, Integers, LogUniform, Uniform
+from rumo.campaigns.distributions import Distribution
+from rumo.campaigns.samplers import CMA_ES, SAMPLERS, SEVERAL, made_sampler
 from rumo.campaigns.sampling import Grid
+from rumo.campaigns.space import check_space, options_of, suggest
+from rumo.campaigns.trial_storage import is_url, opened, opening, optuna_for, reached, shown
 from rumo.errors import ArgumentError
-from rumo.extras import required
-from rumo.scenarios.settings import LEAVES
 
-SAMPLERS = ("tpe", "cma-es", "nsga2", "random")
-"""What proposes settings."""
-SEVERAL = ("tpe", "nsga2", "random")
-"""Those that can take several objectives."""
-SEARCHED = (Uniform, Integers, Choice, Grid)
-"""What can be searched; LogUniform is Uniform."""
+__all__ = ["SAMPLERS", "SEVERAL", "Proposal", "Search", "Trial", "check_space", "not_beaten", "options_of"]
+
 NAME = "rumo"
 """Of the study in its storage."""
-_SPECIFIED, _FOLDER = "specified", "folder"
+BEYOND = 1e12
+"""What CMA-ES is told of trials that violate a constraint, times one and by how much: it asks only which is better."""
+_SPECIFIED, _FOLDER, _AFTER, _VALUES = "specified", "folder", "after", "values"
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ class Search:
     """Trials in a storage of Optuna's own: what it holds is not lost, and a search that was stopped goes on.
 
     What is proposed depends on what was told, and on the seed, never on when: a search that was stopped and started
-    again proposes what it would have proposed.
+    again proposes what it would have proposed, wherever it was stopped.
 
     Parameters
     ----------
@@ -82,7 +81,8 @@ class Search:
     maximise : sequence of bool
         For each objective, whether more is better.
     storage : str or Path
-        A journal file, or the URL of a database: sqlite:///tune.db, postgresql://user@host/tune.
+        A journal file, in a folder to which only this process writes, or the URL of a database: sqlite:///tune.db,
+        postgresql://user@host/tune.
     folder : str
         Who asks: of trials that nobody has told, those of the same folder are taken up again.
     specified : str
@@ -109,37 +109,36 @@ class Search:
         sampler: str = "tpe",
         seed: int = 0,
     ) -> None:
-        self._optuna = optuna = required("optuna", "campaign", "a search")
-        optuna.logging.set_verbosity(optuna.logging.WARNING)
-        self._sampler, self._seed, self._folder = sampler, seed, folder
-        self._distributions = {name: self._distribution(choice) for name, choice in space.items()}
-        try:
+        self._optuna = optuna = optuna_for("a search")
+        check_space(space, sampler)
+        self._space, self._maximise, self._sampler = dict(space), tuple(maximise), sampler
+        self._storage, self._folder, self._alone = storage, folder, not is_url(storage)
+        # Processes with one database must not all propose the same.
+        self._decided_by = f"{seed}" if self._alone else f"{seed} {folder}"
+        with _silent(), opening(storage):
             self._study = optuna.create_study(
-                storage=self._opened(storage),
+                storage=opened(optuna, storage),
                 study_name=NAME,
                 directions=["maximize" if more else "minimize" for more in maximise],
-                sampler=optuna.samplers.RandomSampler(seed),
+                sampler=made_sampler(optuna, sampler, self._decided_by),
                 load_if_exists=True,
             )
-        except ArgumentError:
-            raise
-        except Exception as error:  # of SQLAlchemy, a database's driver, or the file system
-            said = str(error).strip().partition("\n")[0] or type(error).__name__
-            raise ArgumentError("storage", f"{storage!s} ({said})", "a file or database that can be opened") from None
-        known = self._study.user_attrs.get(_SPECIFIED)
+            known = self._study.user_attrs.get(_SPECIFIED)
+            if known is None:
+                self._study.set_user_attr(_SPECIFIED, specified)
         if known not in (None, specified):
             cure = "Name another folder or storage, or go on with the file that it was begun with."
-            raise ArgumentError("storage", f"{storage!s}, with another search", "a new one, or this search's", cure)
-        if known is None:
-            self._study.set_user_attr(_SPECIFIED, specified)
+            got = f"{shown(storage)}, with another search"
+            raise ArgumentError("storage", got, "a new one, or this search's", cure)
 
     def begin(self, settings: Mapping[str, Any]) -> None:
         """Have these settings tried first, if nothing has been tried."""
-        if not self._study.trials:
-            self._study.enqueue_trial(dict(settings))
+        with self._kept():
+            if not self._study.trials:
+                self._study.enqueue_trial(dict(settings))
 
     def ask(self, count: int) -> list[Proposal]:
-        """So many trials: first those of this folder that were asked for and never told.
+        """So many trials, or those of this folder that were asked for before and not all told: they come first.
 
         Parameters
         ----------
@@ -147,21 +146,40 @@ class Search:
             How many, at least 1.
         """
         state = self._optuna.trial.TrialState
-        running = self._study.get_trials(deepcopy=False, states=(state.RUNNING,))
-        mine = [t for t in running if t.user_attrs.get(_FOLDER) == self._folder]
-        proposals = [Proposal(trial.number, dict(trial.params)) for trial in mine[:count]]
-        asked = len(self._study.get_trials(deepcopy=False))
-        self._study.sampler = self._made_sampler(asked)
-        while len(proposals) < count:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # what a sampler is not sure of is no concern of a user's
-                trial = self._study.ask(self._distributions)
+        with self._kept():
+            trials = self._study.get_trials(deepcopy=False)
+            mine = [t for t in trials if self._is_mine(t)]
+            running = sorted((t for t in mine if t.state == state.RUNNING), key=lambda t: t.number)[:count]
+            told = len([t for t in mine if t.state.is_finished()])
+            again = [self._optuna.Trial(self._study, t._trial_id) for t in running]
+            proposals = [self._proposed(trial, told) for trial in again]
+            # Of a batch of which some are told, all were asked for: those that follow are to know of all of it.
+            if running and running[0].user_attrs.get(_AFTER, told) != told:
+                return proposals
+            while len(proposals) < count:
+                proposals.append(self._proposed(self._study.ask(), told))
+            return proposals
+
+    def _is_mine(self, trial: Any) -> bool:
+        # Whoever was killed while asking has left a trial that says nothing; in a database it may be another's.
+        return trial.user_attrs.get(_FOLDER, self._folder if self._alone else None) == self._folder
+
+    def _proposed(self, trial: Any, told: int) -> Proposal:
+        """The proposal of a trial, some of whose settings may be there already."""
+        if _AFTER not in trial.user_attrs:
             trial.set_user_attr(_FOLDER, self._folder)
-            proposals.append(Proposal(trial.number, dict(trial.params)))
-        return proposals
+            trial.set_user_attr(_AFTER, told)
+        # Each setting has draws of its own, so that those that are there do not change the others.
+        self._study.sampler = made_sampler(self._optuna, self._sampler, f"{self._decided_by} {trial.number}")
+        _ = trial.relative_params
+        for name, choice in self._space.items():
+            decided_by = f"{self._decided_by} {trial.number} {name}"
+            self._study.sampler = made_sampler(self._optuna, self._sampler, decided_by)
+            suggest(trial, name, choice)
+        return Proposal(trial.number, dict(trial.params))
 
     def tell(self, number: int, values: Sequence[float] | None, constraints: Mapping[str, float] | None = None) -> None:
-        """What came of a trial.
+        """What came of a trial; nothing if somebody has told already.
 
         Parameters
         ----------
@@ -172,90 +190,84 @@ class Search:
         constraints : mapping of str to float
             By how much each is violated.
         """
-        frozen = next(t for t in self._study.get_trials(deepcopy=False) if t.number == number)
-        trial = self._optuna.Trial(self._study, frozen._trial_id)
-        for name, value in (constraints or {}).items():
-            trial.set_constraint(name, value)
-        failed = self._optuna.trial.TrialState.FAIL if values is None else None
-        self._study.tell(number, None if values is None else list(values), state=failed)
+        with self._kept():
+            frozen = next(t for t in self._study.get_trials(deepcopy=False) if t.number == number)
+            if frozen.state.is_finished():
+                return
+            trial, beyond = self._optuna.Trial(self._study, frozen._trial_id), dict(constraints or {})
+            for name, value in beyond.items():
+                trial.set_constraint(name, value)
+            if values is None:
+                self._study.tell(number, state=self._optuna.trial.TrialState.FAIL)
+                return
+            told = list(map(float, values))
+            trial.set_user_attr(_VALUES, told)
+            if self._sampler == CMA_ES and any(value > 0.0 for value in beyond.values()):
+                worst = BEYOND * (1.0 + sum(max(value, 0.0) for value in beyond.values()))
+                told = [-worst if more else worst for more in self._maximise]
+            self._study.tell(number, told)
 
     @property
     def trials(self) -> list[Trial]:
         """Those that are done, by number."""
         state = self._optuna.trial.TrialState
-        done = self._study.get_trials(deepcopy=False, states=(state.COMPLETE, state.FAIL))
+        with self._kept():
+            done = self._study.get_trials(deepcopy=False, states=(state.COMPLETE, state.FAIL))
         return [
-            Trial(t.number, dict(t.params), tuple(t.values) if t.state == state.COMPLETE else (), dict(t.constraints))
-            for t in done
+            Trial(
+                t.number,
+                {name: t.params[name] for name in self._space if name in t.params},
+                tuple(t.user_attrs[_VALUES]) if t.state == state.COMPLETE else (),
+                dict(t.constraints),
+            )
+            for t in sorted(done, key=lambda t: t.number)
         ]
 
     @property
     def best(self) -> list[Trial]:
         """The feasible trial that is best; with several objectives, all that no feasible trial beats in each."""
-        if not any(trial.feasible for trial in self.trials):
-            return []
-        numbers = {trial.number for trial in self._study.best_trials}
-        return [trial for trial in self.trials if trial.number in numbers and trial.feasible]
+        return not_beaten(self.trials, self._maximise)
 
     def importance(self, objective: int = 0) -> dict[str, float]:
         """How much of what an objective does among the better trials each setting decides, by PED-ANOVA; sums to 1.
 
         Empty if there are too few trials to say.
         """
+        sign = -1.0 if self._maximise[objective] else 1.0
         evaluator = self._optuna.importance.PedAnovaImportanceEvaluator()
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
+            with self._kept():
                 found = self._optuna.importance.get_param_importances(
-                    self._study, evaluator=evaluator, target=lambda trial: trial.values[objective]
+                    self._study, evaluator=evaluator, target=lambda trial: sign * trial.user_attrs[_VALUES][objective]
                 )
         except (RuntimeError, ValueError):
             return {}
         return {name: float(share) for name, share in found.items()}
 
-    def _opened(self, storage: str | Path) -> Any:
-        if "://" in str(storage):
-            return self._optuna.storages.RDBStorage(str(storage))
-        journal = self._optuna.storages.journal
-        return self._optuna.storages.JournalStorage(journal.JournalFileBackend(str(storage)))
-
-    def _made_sampler(self, asked: int) -> Any:
-        """A sampler whose draws are decided by the seed and by how many trials there are."""
-        seed = int.from_bytes(sha256(f"{self._seed} {asked}".encode()).digest()[:4])
-        samplers = self._optuna.samplers
-        if self._sampler == "cma-es":
-            required("cmaes", "campaign", 'sampler "cma-es"')
-            return samplers.CmaEsSampler(seed=seed)
-        if self._sampler == "nsga2":
-            return samplers.NSGAIISampler(seed=seed)
-        if self._sampler == "random":
-            return samplers.RandomSampler(seed=seed)
-        return samplers.TPESampler(seed=seed, multivariate=True)
-
-    def _distribution(self, choice: Distribution | Grid) -> Any:
-        distributions, values = self._optuna.distributions, options_of(choice)
-        if values is not None:
-            return distributions.CategoricalDistribution(values)
-        if isinstance(choice, Integers):
-            return distributions.IntDistribution(choice.low, choice.high)
-        assert isinstance(choice, Uniform)
-        return distributions.FloatDistribution(choice.low, choice.high, log=isinstance(choice, LogUniform))
+    @contextmanager
+    def _kept(self) -> Generator[None]:
+        with _silent(), reached(self._optuna, self._storage):
+            yield
 
 
-def check_space(space: Mapping[str, Distribution | Grid]) -> None:
-    """Raise unless everything can be searched."""
-    for name, choice in space.items():
-        if not isinstance(choice, SEARCHED) or ((values := options_of(choice)) is not None and not _listed(values)):
-            expected = "a list of numbers or texts, or a distribution with ends: uniform, log-uniform, integers"
-            raise ArgumentError(f"search.{name}", repr(choice), expected)
+@contextmanager
+def _silent() -> Generator[None]:
+    """What a sampler is not sure of, or thinks is experimental, is no concern of a user's."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
 
 
-def options_of(choice: Distribution | Grid) -> list[Any] | None:
-    """Values among which one is chosen; None where it is not among some."""
-    if isinstance(choice, Choice):
-        return list(choice.among)
-    return list(choice.values) if isinstance(choice, Grid) else None
+def not_beaten(trials: Sequence[Trial], maximise: Sequence[bool]) -> list[Trial]:
+    """Feasible trials of which no feasible one is at least as good in all objectives and better in one, by number.
 
+    Of trials with the same values, the first.
+    """
+    signs = [-1.0 if more else 1.0 for more in maximise]
+    costs = {t.number: [s * v for s, v in zip(signs, t.values, strict=True)] for t in trials if t.feasible}
 
-def _listed(values: Sequence[Any]) -> bool:
-    return all(isinstance(value, LEAVES) for value in values)
+    def beats(one: int, other: int) -> bool:
+        no_worse = all(a <= b for a, b in zip(costs[one], costs[other], strict=True))
+        return no_worse and (costs[one] != costs[other] or one < other)
+
+    return [t for t in trials if t.feasible and not any(beats(other, t.number) for other in costs if other != t.number)]

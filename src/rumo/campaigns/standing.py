@@ -41,9 +41,29 @@ class Standing:
 
     def __str__(self) -> str:
         failed = f", {self.failed} failed" if self.failed else ""
+        return f"{self.done}/{self.every} runs{failed}{self._pace}"
+
+    @property
+    def _pace(self) -> str:
         rate = f", {_digits(self.rate)}/s" if self.rate else ""
-        left = f", {in_words(self.left)} left" if self.left else ""
-        return f"{self.done}/{self.every} runs{failed}{rate}{left}"
+        return rate + (f", {in_words(self.left)} left" if self.left else "")
+
+
+@dataclass(frozen=True)
+class Searching(Standing):
+    """How far a search has come, of which `every` is its trials.
+
+    Attributes
+    ----------
+    best : str
+        What the best so far comes to, in words.
+    """
+
+    best: str = ""
+
+    def __str__(self) -> str:
+        best = f", best so far {self.best}" if self.best else ""
+        return f"{self.done}/{self.every} trials{self._pace}{best}"
 
 
 def in_words(seconds: float) -> str:

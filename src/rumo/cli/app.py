@@ -13,6 +13,7 @@ from rumo.cli.compare import compare, rerun
 from rumo.cli.drive import drive
 from rumo.cli.models import models
 from rumo.cli.studies import study
+from rumo.cli.tune import tune
 
 app = typer.Typer(
     help=rumo.__doc__,
@@ -27,6 +28,7 @@ app.add_typer(study, name="study")
 app.command()(campaign)
 app.command()(compare)
 app.command()(rerun)
+app.command()(tune)
 app.command()(models)
 
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from math import inf
+from math import inf, isfinite
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from rumo.campaigns.columns import DONE, KPI, RUN, title_of, unit_of
+from rumo.campaigns.columns import DONE, KPI, RUN, inside, key_of, title_of, unit_of
 from rumo.campaigns.task import Row
 from rumo.checks import finite_number, known_names, positive_number, printable
 from rumo.errors import ArgumentError, UnknownNameError
+from rumo.signals import Array
 
 OVER: Mapping[str, Callable[[Sequence[float]], float]] = MappingProxyType(
     {
@@ -39,13 +40,24 @@ def figure(rows: Sequence[Row], kpi: str, of: str) -> float | None:
     of : str
         One of `OVER`.
     """
-    values = list[float]()
-    for row in rows:
-        found = [row[name] for name in (KPI + kpi, RUN + kpi) if row.get(name) is not None]
-        if row["outcome"] != DONE or not found or not np.isfinite(found[0]):
-            return None
-        values.append(float(found[0]))
-    return OVER[of](values)
+    if any(row["outcome"] != DONE for row in rows):
+        return None
+    values = figures_of(rows, kpi)
+    return OVER[of](values.tolist()) if values.size and np.isfinite(values).all() else None
+
+
+def figures_of(rows: Sequence[Row], kpi: str) -> Array:
+    """A figure of merit of each drive (n,); NaN where it is not known."""
+    found = ((row.get(KPI + kpi), row.get(RUN + kpi)) for row in rows)
+    values = np.array([next((v for v in pair if v is not None), np.nan) for pair in found], dtype=float)
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def parts_known(rows: Sequence[Row], kpi: str) -> list[str]:
+    """Keys that rows have of a figure of merit with parts, whatever the part."""
+    head = kpi.partition(".")[0]
+    names = dict.fromkeys(key_of(name) for row in rows for name in row if name.startswith((KPI, RUN)))
+    return [name for name in names if name.partition(".")[0] == head]
 
 
 @dataclass(frozen=True)
@@ -62,13 +74,19 @@ class Goal:
         Over all drives: one of `OVER`.
     """
 
+    TABLE: ClassVar[str] = "goals"
+
     name: str
     kpi: str
     of: str = "mean"
 
     def __post_init__(self) -> None:
-        printable(self.name, "name")
-        known_names((self.of,), f"{self.name}.of", OVER)
+        printable(self.name, self.TABLE)
+        printable(self.kpi, self._argument("kpi"))
+        known_names((self.of,), self._argument("of"), OVER)
+
+    def _argument(self, part: str) -> str:
+        return f"{self.TABLE}.{self.name}.{part}"
 
     def figure(self, rows: Sequence[Row]) -> float | None:
         """Over drives; None if one of them did not come to its end, or does not say."""
@@ -77,7 +95,7 @@ class Goal:
     @property
     def words(self) -> str:
         """For readers: "mean RMS error after 2 s [m]"."""
-        return f"{self.of} {title_of(self.kpi)} [{unit_of(self.kpi) or '1'}]"
+        return f"{self.of} {inside(title_of(self.kpi))} [{unit_of(self.kpi) or '1'}]"
 
     @property
     def plain(self) -> dict[str, Any]:
@@ -98,12 +116,14 @@ class Objective(Goal):
         Whether it is to be large.
     """
 
+    TABLE: ClassVar[str] = "objectives"
+
     maximise: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not isinstance(self.maximise, bool):
-            raise ArgumentError(f"objectives.{self.name}.maximise", repr(self.maximise), "true or false")
+            raise ArgumentError(self._argument("maximise"), repr(self.maximise), "true or false")
 
 
 @dataclass(frozen=True)
@@ -120,31 +140,45 @@ class Limit(Goal):
         At most so many times what it is without tuning.
     """
 
+    TABLE: ClassVar[str] = "limits"
+
     at_most: float | None = None
     at_least: float | None = None
     times_base: float | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for argument in ("at_most", "at_least"):
-            if getattr(self, argument) is not None:
-                finite_number(getattr(self, argument), f"limits.{self.name}.{argument}")
+        for part in ("at_most", "at_least"):
+            if getattr(self, part) is not None:
+                finite_number(getattr(self, part), self._argument(part))
         if self.times_base is not None:
-            positive_number(self.times_base, f"limits.{self.name}.times_base")
+            positive_number(self.times_base, self._argument("times_base"))
         if self.at_most is None and self.at_least is None and self.times_base is None:
-            raise ArgumentError(f"limits.{self.name}", "no limit", "at_most, at_least or times_base")
+            raise ArgumentError(f"{self.TABLE}.{self.name}", "no limit", "at_most, at_least or times_base")
+        if self.at_most is not None and self.at_least is not None and self.at_least > self.at_most:
+            got = f"at_least = {self.at_least:g} and at_most = {self.at_most:g}"
+            raise ArgumentError(f"{self.TABLE}.{self.name}", got, "limits with something between them")
+
+    def ends(self, base: Sequence[Row]) -> tuple[float, float]:
+        """The least and the largest value that holds, infinite where there is none.
+
+        Parameters
+        ----------
+        base : sequence of dict
+            Of the drives without tuning.
+        """
+        upper, before = inf if self.at_most is None else self.at_most, self.figure(base)
+        if self.times_base is not None and before is not None:
+            upper = min(upper, self.times_base * before)
+        return -inf if self.at_least is None else self.at_least, upper
 
     def violation(self, rows: Sequence[Row], base: Sequence[Row]) -> float | None:
         """By how much drives are beyond it, relative to the limit; at most 0 within. None if they do not say."""
-        value, before = self.figure(rows), self.figure(base)
+        value, (lower, upper) = self.figure(rows), self.ends(base)
         if value is None:
             return None
-        upper = inf if self.at_most is None else self.at_most
-        lower = -inf if self.at_least is None else self.at_least
-        if self.times_base is not None and before is not None:
-            upper = min(upper, self.times_base * before)
-        beyond = max((value - upper) / (abs(upper) or 1.0), (lower - value) / (abs(lower) or 1.0))
-        return beyond if np.isfinite(beyond) else 0.0
+        beyond = [(value - upper, upper), (lower - value, lower)]
+        return max((by / (abs(limit) or 1.0) for by, limit in beyond if isfinite(limit)), default=0.0)
 
 
 def goals_of(kind: type[Goal], table: Any, argument: str) -> dict[str, Any]:

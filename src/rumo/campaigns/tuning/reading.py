@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import prod
 from pathlib import Path
 from typing import Any
 
-from rumo.campaigns.reading import check_tables, errors_of, settings_in, varied_in, within
+from rumo.campaigns.reading import check_tables, errors_of, renamed, settings_in, varied_in, within
 from rumo.campaigns.sampling import Grid
 from rumo.campaigns.specification import Campaign
-from rumo.campaigns.tuning.specification import Check, Tuning
+from rumo.campaigns.tuning.specification import Check, Tuning, named
 from rumo.errors import ArgumentError
 from rumo.scenarios import Recipe
 from rumo.scenarios.files import flattened, read_tables
@@ -36,9 +35,7 @@ def read_tuning(path: str | Path) -> Tuning:
         If anything in it cannot work; the message names file, line, key, what is there and what could be.
     """
     with errors_of(path, "tune", SETTINGS):
-        tuning = tuning_of(read_tables(path), Path(path).parent)
-        rehearse_search(tuning.drives, tuning.search)
-        return tuning
+        return rehearsed(tuning_of(read_tables(path), Path(path).parent))
 
 
 def tuning_of(tables: Mapping[str, Any], folder: Path = Path()) -> Tuning:
@@ -52,16 +49,29 @@ def tuning_of(tables: Mapping[str, Any], folder: Path = Path()) -> Tuning:
     return Tuning(recipe, search, over, objectives, limits, check=_check(tables), **settings)
 
 
+def rehearsed(tuning: Tuning) -> Tuning:
+    """A tuning all of whose drives can begin, those of the check as well."""
+    with named("over"):
+        rehearse_search(tuning.drives, tuning.search)
+    if tuning.judged is not None and tuning.check is not None:
+        try:
+            with named("check.vary", "check.runs"):
+                tuning.judged.rehearse()
+        except ArgumentError as error:
+            name = error.argument.removeprefix("scenario.")
+            raise renamed(
+                error, f"check.{error.argument}" if name in tuning.check.settings else error.argument
+            ) from None
+    return tuning
+
+
 def rehearse_search(drives: Campaign, search: Mapping[str, Any]) -> None:
     """Begin drives at the ends of all that may be chosen."""
     drives.rehearse()
-    try:
-        points = prod(len(each.values) for each in search.values() if isinstance(each, Grid))
-        Campaign(drives.recipe, search, runs=points, controllers=drives.controllers).rehearse()
-    except ArgumentError as error:
-        argument = error.argument
-        renamed = f"search{argument.removeprefix('vary')}" if argument.startswith("vary") else argument
-        raise ArgumentError(renamed, error.got, error.expected, error.cure) from None
+    for name, each in search.items():
+        points = len(each.values) if isinstance(each, Grid) else 1
+        with named("search"):
+            Campaign(drives.recipe, {name: each}, runs=points, controllers=drives.controllers).rehearse()
 
 
 def _check(tables: Mapping[str, Any]) -> Check | None:

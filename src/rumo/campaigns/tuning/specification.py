@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
 from rumo.campaigns.asked import kpi_key
-from rumo.campaigns.sampling import as_varied
-from rumo.campaigns.search import SAMPLERS, SEVERAL, check_space, options_of
+from rumo.campaigns.samplers import SAMPLERS, SEVERAL
+from rumo.campaigns.sampling import SEED, Grid, as_varied
+from rumo.campaigns.space import check_space, options_of
 from rumo.campaigns.specification import Campaign
+from rumo.campaigns.trial_storage import is_url
 from rumo.campaigns.tuning.goals import Goal, Limit, Objective, goals_of
+from rumo.campaigns.work import CONTROLLER
 from rumo.checks import as_mapping, checked, positive_number, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.registry import CONTROLLERS
@@ -62,7 +66,7 @@ class Tuning:
     controller : str
         Name in `rumo.registry.CONTROLLERS`.
     sampler : str
-        One of `rumo.campaigns.search.SAMPLERS`.
+        One of `rumo.campaigns.samplers.SAMPLERS`.
     seed : int
         Of what is drawn.
     batch : int
@@ -107,25 +111,47 @@ class Tuning:
             raise UnknownNameError("controller", self.controller, CONTROLLERS)
         if self.sampler not in SAMPLERS:
             raise UnknownNameError("sampler", self.sampler, SAMPLERS)
-        if self.storage is not None and "://" not in self.storage:
+        if self.storage is not None and (not isinstance(self.storage, str) or not is_url(self.storage)):
             raise ArgumentError("storage", repr(self.storage), "the URL of a database: sqlite:///tune.db")
         search = {name: as_varied(value, f"search.{name}") for name, value in as_mapping(self.search, "search").items()}
         if not search:
             raise ArgumentError("search", "nothing", "at least one setting that may be chosen")
-        check_space(search)
-        both = [name for name in search if name in self.over]
-        if both:
-            raise ArgumentError(f"over.{both[0]}", "a setting that is searched for", "another one")
+        check_space(search, self.sampler)
+        over = as_mapping(self.over, "over")
+        for name in over:
+            if name in search:
+                raise ArgumentError(f"over.{name}", "a setting that is searched for", "another one")
+        if CONTROLLER in search or CONTROLLER in over:
+            table = "search" if CONTROLLER in search else "over"
+            raise ArgumentError(f"{table}.{CONTROLLER}", "something", "nothing: [tune] says which controller drives")
         objectives, limits = _goals(Objective, self.objectives, "objectives"), _goals(Limit, self.limits, "limits")
         if not objectives:
             raise ArgumentError("objectives", "nothing", "at least one")
         if len(objectives) > 1 and self.sampler not in SEVERAL:
             expected = f"one objective, or sampler {' or '.join(SEVERAL)}"
             raise ArgumentError("sampler", f"{self.sampler!r} with {len(objectives)} objectives", expected)
-        own = {"search": search, "over": dict(self.over), "objectives": objectives, "limits": limits}
+        own = {"search": search, "over": over, "objectives": objectives, "limits": limits}
         for name, value in own.items():
             object.__setattr__(self, name, MappingProxyType(value))
-        _ = self.drives, self.judged
+        with named("over"):
+            _ = self.drives
+        if self.check is not None:
+            checked(self.check, "check", Check)
+            self._require_apart(self.check)
+            with named("check.vary", "check.runs"):
+                _ = self.judged
+
+    def _require_apart(self, check: Check) -> None:
+        """Raise unless the check leaves alone what is searched for, and has seeds of its own."""
+        for table, names in (("vary", check.vary), ("scenario", check.settings)):
+            for name in names:
+                if name in self.search:
+                    raise ArgumentError(f"check.{table}.{name}", "a setting that is searched for", "another one")
+        seeds = [as_varied(vary[SEED], SEED) for vary in (self.over, check.vary) if SEED in vary]
+        grids = [set(each.values) for each in seeds if isinstance(each, Grid)]
+        both = sorted(grids[0] & grids[1], key=repr) if len(grids) == 2 else []
+        if both:
+            raise ArgumentError(f"check.vary.{SEED}", f"{both[0]}, which trials drive too", "seeds that they do not")
 
     @cached_property
     def drives(self) -> Campaign:
@@ -146,21 +172,30 @@ class Tuning:
         """The drives by which the result is judged."""
         if self.check is None:
             return None
-        recipe = self.recipe.with_settings(self.check.settings)
-        return replace(self.drives, recipe=recipe, vary=self.check.vary, runs=self.check.runs)
+        recipe, seed = self.recipe.with_settings(self.check.settings), self.seed + 1  # other draws
+        return replace(self.drives, recipe=recipe, vary=self.check.vary, runs=self.check.runs, seed=seed)
 
     @cached_property
     def begun_with(self) -> dict[str, Plain]:
         """What the recipe has of what may be chosen; without what it does not say."""
         known = {name: argument.default for name, argument in self.recipe.arguments.items() if not argument.needed}
-        known |= settings_of(self.recipe.run()) | dict(self.recipe.settings)
+        known |= settings_of(self.recipe.with_settings({CONTROLLER: self.controller}).run())
+        known |= self.recipe.settings
         return {name: known[name] for name in self.search if known.get(name) is not None}
 
     def allows(self, name: str, value: Any) -> bool:
         """Whether a setting may be chosen so."""
         choice = self.search[name]
         options = options_of(choice)
-        return value in options if options is not None else choice.low <= value <= choice.high
+        if options is not None:
+            return value in options
+        return isinstance(value, int | float) and choice.low <= value <= choice.high
+
+    def with_best(self, settings: Mapping[str, Plain]) -> Recipe:
+        """The recipe with other settings, and with the controller of this tuning."""
+        own = {CONTROLLER: self.controller}
+        same = settings_of(self.recipe.run()).get(CONTROLLER) == self.controller
+        return self.recipe.with_settings({**settings} if same else {**settings, **own})
 
     @property
     def plain(self) -> dict[str, Any]:
@@ -184,8 +219,19 @@ class Tuning:
         """What decides what is proposed: all but how many trials there are, and by what the result is judged."""
         plain = self.plain
         settings = {name: value for name, value in plain["tune"].items() if name not in ("trials", "storage")}
-        others = {name: value for name, value in plain.items() if name != "check"}
+        others = {name: value for name, value in plain.items() if name not in ("check", "scenario")}
         return {**others, "tune": settings, "recipe": self.recipe.identity}
+
+
+@contextmanager
+def named(vary: str, runs: str = "runs") -> Generator[None]:
+    """Errors of a campaign by the names that a tuning has for what varies, and for the number of runs."""
+    try:
+        yield
+    except ArgumentError as error:
+        head, dot, rest = error.argument.partition(".")
+        head = {"vary": vary, "runs": runs}.get(head, head)
+        raise ArgumentError(f"{head}{dot}{rest}", error.got, error.expected, error.cure) from None
 
 
 def _goals(kind: type[Goal], given: Any, argument: str) -> dict[str, Any]:

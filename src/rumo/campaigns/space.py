@@ -1,0 +1,54 @@
+"""What may be chosen in a search."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rumo.campaigns.distributions import Choice, Distribution, Integers, LogUniform, Uniform
+from rumo.campaigns.samplers import CMA_ES
+from rumo.campaigns.sampling import Grid
+from rumo.errors import ArgumentError
+from rumo.scenarios.settings import LEAVES
+
+SEARCHED = (Uniform, Integers, Choice, Grid)
+"""What can be searched; LogUniform is Uniform."""
+
+
+def check_space(space: Mapping[str, Distribution | Grid], sampler: str = "tpe") -> None:
+    """Raise unless everything can be searched, by the sampler."""
+    for name, choice in space.items():
+        values = options_of(choice)
+        if not isinstance(choice, SEARCHED) or (values is not None and not _listed(values)):
+            expected = "a list of numbers or texts, or a distribution with ends: uniform, log-uniform, integers"
+            raise ArgumentError(f"search.{name}", repr(choice), expected)
+        if values is not None and len(set(values)) < len(values):
+            raise ArgumentError(f"search.{name}", repr(values), "each of them once")
+        if values is not None and sampler == CMA_ES:
+            cure = 'Sampler "tpe" can take it.'
+            raise ArgumentError(f"search.{name}", f'a list beside sampler "{CMA_ES}"', "one between two ends", cure)
+    if sampler == CMA_ES and len(space) < 2:
+        raise ArgumentError("sampler", f'"{CMA_ES}" with one setting', "two settings at least", 'Or take "tpe".')
+
+
+def options_of(choice: Distribution | Grid) -> list[Any] | None:
+    """Values among which one is chosen; None where it is not among some."""
+    if isinstance(choice, Choice):
+        return list(choice.among)
+    return list(choice.values) if isinstance(choice, Grid) else None
+
+
+def _listed(values: Sequence[Any]) -> bool:
+    return all(isinstance(value, LEAVES) for value in values)
+
+
+def suggest(trial: Any, name: str, choice: Distribution | Grid) -> None:
+    """Have Optuna choose a setting of a trial."""
+    values = options_of(choice)
+    if values is not None:
+        trial.suggest_categorical(name, values)
+    elif isinstance(choice, Integers):
+        trial.suggest_int(name, choice.low, choice.high)
+    else:
+        assert isinstance(choice, Uniform)
+        trial.suggest_float(name, choice.low, choice.high, log=isinstance(choice, LogUniform))

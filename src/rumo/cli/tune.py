@@ -1,0 +1,68 @@
+"""`rumo tune`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rumo.campaigns.standing import Searching, Standing
+from rumo.cli.campaign import Scheduler, Serial, Workers, tell_dashboard, write_report
+from rumo.cli.campaign_progress import campaign_progress
+from rumo.cli.console import Json, Quiet, errors_in_words
+from rumo.cli.sequence import end, incomplete
+
+if TYPE_CHECKING:
+    from rumo.campaigns.search import Trial
+    from rumo.campaigns.tuning import Tuning
+    from rumo.campaigns.tuning.course import Tell
+
+
+def tune(
+    file: Annotated[Path, typer.Argument(help="TOML file: what may be chosen, for which drives, and what is wanted.")],
+    output: Annotated[
+        Path | None, typer.Option(help="Folder for trials, rows and report; named as the file if not given.")
+    ] = None,
+    scheduler: Scheduler = None,
+    jobs: Workers = None,
+    serial: Serial = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Look for better settings. Weights, horizon, filters, whatever a file names; started again, it goes on."""
+    with errors_in_words():
+        from rumo.campaigns.conduct import engine_of
+        from rumo.campaigns.tuning.conduct import folder_of, tuning_from
+        from rumo.campaigns.tuning.course import carry_out_tuning
+        from rumo.campaigns.tuning.report import report
+
+        wanted, folder = tuning_from(file), folder_of(file, output)
+        with engine_of(scheduler, jobs, serial=serial) as engine:
+            tell_dashboard(engine, quiet)
+            with campaign_progress(quiet) as tell:
+                tuned = carry_out_tuning(wanted, folder, engine, _told(wanted, tell))
+        found = report(tuned, folder)
+        if tuned.stopped is not None:
+            done = f"{len(tuned.trials)} of {wanted.trials} trials are done, and started again it goes on"
+            found = incomplete(found, done, tuned.stopped)
+        write_report(found, folder, as_json=as_json, quiet=quiet)
+        end(tuned.stopped)
+
+
+def _told(tuning: Tuning, tell: Callable[[Standing], object]) -> Tell:
+    """Progress of trials as that of a campaign."""
+    from rumo.campaigns.columns import unit_of
+    from rumo.report.tables import number
+
+    begun, before = monotonic(), list[int]()
+
+    def told(done: int, every: int, best: Trial | None) -> None:
+        before.append(done)
+        pairs = zip(tuning.objectives.values(), best.values if best else (), strict=False)
+        words = ", ".join(f"{goal.name} {number(value)} {unit_of(goal.kpi)}".rstrip() for goal, value in pairs)
+        tell(Searching(every, before[0], done, 0, monotonic() - begun, words))
+
+    return told
