@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from rumo.actuation import Actuation, Actuator, with_actuators
     from rumo.campaigns.conduct import campaign
     from rumo.campaigns.specification import Campaign
+    from rumo.campaigns.tuning.conduct import tune
+    from rumo.campaigns.tuning.specification import Tuning
     from rumo.controllers import (
         Controller,
         ControllerSettings,
@@ -160,6 +162,7 @@ _ROOMS = (
     "scenarios",
     "campaigns.specification",
     "campaigns.conduct",
+    "campaigns.tuning",
 )
 """Where public names are, which are loaded when they are asked for, as modules are: help on a command needs no CasADi,
 a controller alone neither SciPy nor a plotting library."""

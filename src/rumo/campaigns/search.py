@@ -169,6 +169,8 @@ class Search:
         if _AFTER not in trial.user_attrs:
             trial.set_user_attr(_FOLDER, self._folder)
             trial.set_user_attr(_AFTER, told)
+        if self._space.keys() <= trial.params.keys():
+            return Proposal(trial.number, dict(trial.params))
         # Each setting has draws of its own, so that those that are there do not change the others.
         self._study.sampler = made_sampler(self._optuna, self._sampler, f"{self._decided_by} {trial.number}")
         _ = trial.relative_params

@@ -9,7 +9,7 @@ from typing import Any
 from rumo.campaigns.reading import check_tables, errors_of, renamed, settings_in, varied_in, within
 from rumo.campaigns.sampling import Grid
 from rumo.campaigns.specification import Campaign
-from rumo.campaigns.tuning.specification import Check, Tuning, named
+from rumo.campaigns.tuning.specification import Check, Tuning, named, own_settings
 from rumo.errors import ArgumentError
 from rumo.scenarios import Recipe
 from rumo.scenarios.files import flattened, read_tables
@@ -68,10 +68,10 @@ def rehearsed(tuning: Tuning) -> Tuning:
 def rehearse_search(drives: Campaign, search: Mapping[str, Any]) -> None:
     """Begin drives at the ends of all that may be chosen."""
     drives.rehearse()
-    for name, each in search.items():
-        points = len(each.values) if isinstance(each, Grid) else 1
+    for name, choice in search.items():
+        own = own_settings(drives.recipe, drives.controllers[0], (name,)).values()
         with named("search"):
-            Campaign(drives.recipe, {name: each}, runs=points, controllers=drives.controllers).rehearse()
+            Campaign(drives.recipe, {name: Grid([*own, *choice.ends])}, controllers=drives.controllers).rehearse()
 
 
 def _check(tables: Mapping[str, Any]) -> Check | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -136,7 +136,8 @@ class Tuning:
         with named("over"):
             _ = self.drives
         if self.check is not None:
-            checked(self.check, "check", Check)
+            if not isinstance(self.check, Check):
+                raise ArgumentError("check", repr(self.check), "a rumo.campaigns.tuning.Check")
             self._require_apart(self.check)
             with named("check.vary", "check.runs"):
                 _ = self.judged
@@ -178,10 +179,7 @@ class Tuning:
     @cached_property
     def begun_with(self) -> dict[str, Plain]:
         """What the recipe has of what may be chosen; without what it does not say."""
-        known = {name: argument.default for name, argument in self.recipe.arguments.items() if not argument.needed}
-        known |= settings_of(self.recipe.with_settings({CONTROLLER: self.controller}).run())
-        known |= self.recipe.settings
-        return {name: known[name] for name in self.search if known.get(name) is not None}
+        return own_settings(self.recipe, self.controller, self.search)
 
     def allows(self, name: str, value: Any) -> bool:
         """Whether a setting may be chosen so."""
@@ -221,6 +219,14 @@ class Tuning:
         settings = {name: value for name, value in plain["tune"].items() if name not in ("trials", "storage")}
         others = {name: value for name, value in plain.items() if name not in ("check", "scenario")}
         return {**others, "tune": settings, "recipe": self.recipe.identity}
+
+
+def own_settings(recipe: Recipe, controller: str, names: Iterable[str]) -> dict[str, Plain]:
+    """Those of some settings that a recipe has or that its base begins with, as a controller drives it."""
+    known = {name: argument.default for name, argument in recipe.arguments.items() if not argument.needed}
+    known |= settings_of(recipe.with_settings({CONTROLLER: controller}).run())
+    known |= recipe.settings
+    return {name: known[name] for name in names if known.get(name) is not None}
 
 
 @contextmanager

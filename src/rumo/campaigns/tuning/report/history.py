@@ -17,10 +17,10 @@ from rumo.report.contents import Item, Section
 from rumo.report.tables import Table, number
 from rumo.signals import Array
 
-WITHIN = Look("#0072B2", "", 1.0, "circle", 4.0)
-BEYOND = Look("#B0B7BF", "", 1.0, "x", 4.0)
+WITHIN = Look("#0072B2", "", 1.0, "circle", 3.2)
+BEYOND = Look("#B0B7BF", "", 1.0, "x", 3.6)
 SO_FAR = Look("#009E73", "solid", 2.0)
-BEST = Look("#D55E00", "", 1.0, "star", 9.0)
+BEST = Look("#D55E00", "", 1.0, "star", 12.0)
 FRONT = Look(LIMIT.color, "solid", 1.4, "circle", 6.0)
 BEFORE = Look("#000000", "", 1.0, "diamond", 6.5)
 MOST = 20
