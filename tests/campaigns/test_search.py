@@ -7,7 +7,7 @@ import pytest
 from rumo.campaigns.distributions import Choice, Integers, LogUniform, Normal, Uniform
 from rumo.campaigns.sampling import Grid
 from rumo.campaigns.search import Search, Trial, not_beaten
-from rumo.errors import ArgumentError
+from rumo.errors import ArgumentError, CampaignError
 
 optuna = pytest.importorskip("optuna")
 pytest.importorskip("cmaes")
@@ -140,6 +140,20 @@ def test_what_cannot_be_opened_says_so_without_a_password(tmp_path):
     with pytest.raises(ArgumentError, match=r"postgresql://me:\*\*\*@localhost") as error:
         made(tmp_path / "a", storage="postgresql://me:secret@localhost:1/tune")
     assert "secret" not in str(error.value)
+
+
+def test_a_full_disk_ends_it_and_it_goes_on(tmp_path, monkeypatch):
+    search = made(tmp_path / "a")
+    first = search.ask(2)
+
+    def full(self, logs):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(optuna.storages.journal.JournalFileBackend, "append_logs", full)
+        with pytest.raises(CampaignError, match=r"No space left on device.*Start again to go on"):
+            search.tell(first[0].number, [1.0])
+    assert made(tmp_path / "a").ask(2) == first
 
 
 @pytest.mark.parametrize(

@@ -3,12 +3,14 @@
 import json
 import os
 import shutil
+from pathlib import Path
 
 import pytest
 from fake_drives import FakeEngine
 from typer.testing import CliRunner
 
 import rumo
+from rumo.campaigns.rerun import rerun
 from rumo.campaigns.store import read_rows
 from rumo.campaigns.tuning import Check, Tuning, read_tuning
 from rumo.campaigns.tuning.course import carry_out_tuning
@@ -23,6 +25,7 @@ pytest.importorskip("optuna")
 pytest.importorskip("pyarrow")
 runner = CliRunner(env={"COLUMNS": "120"})
 
+EXAMPLE = Path(__file__).parents[2] / "examples" / "tune.toml"
 RMS, TORQUE = "tracking_error_rms_after_2s_m", "input_variation_per_s.torque"
 TEXT = """
 [tune]
@@ -179,6 +182,8 @@ def test_a_folder_has_one_tuning(tuning, whole):
     other = Tuning(**_arguments(tuning, sampler="random"))
     with pytest.raises(ArgumentError, match="of another campaign, with another tune"):
         tuned(other, whole[2])
+    with pytest.raises(ArgumentError, match="which has a search, expected the folder of a campaign"):
+        rerun(whole[2], whole[1].driven[0])
 
 
 def test_two_objectives_have_a_front(tuning, tmp_path):
@@ -310,8 +315,8 @@ def test_another_controller_is_in_the_file(tuning):
 
 def test_by_command_and_from_python_it_drives(tmp_path):
     path, folder = tmp_path / "small.toml", tmp_path / "out"
-    small = TEXT.replace("trials = 24", "trials = 3").replace("to = 102", "to = 101").replace("to = 11", "to = 1")
-    path.write_text(small, encoding="utf-8")
+    small = TEXT.replace("trials = 24", "trials = 3").replace("to = 102", "to = 101")
+    path.write_text(small[: small.index("[check]")], encoding="utf-8")
     result = runner.invoke(app, ["tune", str(path), "--output", str(folder), "--serial", "--json"])
     assert result.exit_code == 0, result.output
     summary = json.loads(result.stdout)
@@ -338,3 +343,16 @@ def test_the_command_ends_with_130_and_says_how_to_go_on(tuning, tmp_path, monke
         (result.stdout + result.stderr).split()
     )
     assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["complete"] is False
+
+
+def test_the_example_can_be_tuned():
+    assert read_tuning(EXAMPLE).trials == 200
+
+
+@pytest.mark.slow
+def test_the_example_halves_the_papers_error_with_no_more_input_variation(tmp_path):
+    pytest.importorskip("distributed")
+    found = report(rumo.tune(EXAMPLE, tmp_path / "tune"), "tune").summary
+    assert found["objectives"]["tracking"]["check"]["ratio"] <= 0.45
+    assert all(limit["check"]["held_after"] for limit in found["limits"].values())
+    assert found["trials"]["failed"] == 0

@@ -81,6 +81,9 @@ def rerun(folder: str | Path, key: str) -> Rerun:
         If there is no campaign, no such run or several, or if a file or a version that decides it is not what it was.
     """
     specification = read_head(folder)["specification"]
+    if "campaign" not in specification:
+        cure = "Its settings are in its row, and in summary.json."
+        raise ArgumentError("campaign", f"'{folder}', which has a search", "the folder of a campaign", cure)
     rows = read_rows(folder)
     before = _row(rows, key)
     campaign = Campaign.of(specification)

@@ -8,9 +8,16 @@ from typing import Any
 import numpy as np
 
 from rumo.campaigns.report.looks import slim
-from rumo.campaigns.report.spread import wide
 from rumo.campaigns.report.words import percent, value_words
-from rumo.campaigns.tuning.report.history import BEST, goal_label, key_of, trial_points, values_of
+from rumo.campaigns.tuning.report.history import (
+    BEST,
+    goal_label,
+    goal_title,
+    key_of,
+    spread_out,
+    trial_points,
+    values_of,
+)
 from rumo.report.charts import Line, Panels
 from rumo.report.contents import Item, Section
 from rumo.report.tables import Table, number
@@ -77,17 +84,17 @@ def settings_panels(content: Mapping[str, Any], i: int) -> Panels | None:
             best = content["best"][0]
             x, y = np.array([float(best["settings"][name])]), np.array([best["values"][i]])
             lines.append(Line("Best", slim(x), slim(y), BEST))
-        panels.append((name, tuple(lines)))
+        panels.append((name, tuple(reversed(lines))))  # the first is in front
     logarithmic = [k for k, name in enumerate(names) if _is_log(content["settings"][name]["choice"])]
     return Panels(
         f"over-settings-{key_of(list(content['objectives'])[i])}",
-        f"{goal_label(content, i)} over each setting",
+        f"{goal_title(content, i)} over each setting",
         "",
         goal_label(content, i),
         tuple(panels),
         shared="y",
         height=2.1,
-        logarithmic="y" if wide(values) else "",
+        logarithmic="y" if spread_out(values) else "",
         logarithmic_x=tuple(logarithmic),
     )
 

@@ -10,19 +10,19 @@ import numpy as np
 
 from rumo.campaigns.columns import inside, title_of, unit_of
 from rumo.campaigns.report.looks import slim
-from rumo.campaigns.report.spread import wide
-from rumo.campaigns.report.words import value_words
+from rumo.campaigns.report.words import capital, value_words
 from rumo.report.charts import LIMIT, REFERENCE, Chart, Line, Look
 from rumo.report.contents import Item, Section
 from rumo.report.tables import Table, number
 from rumo.signals import Array
 
 WITHIN = Look("#0072B2", "", 1.0, "circle", 3.2)
-BEYOND = Look("#B0B7BF", "", 1.0, "x", 3.6)
+BEYOND = Look("#B0B7BF", "", 1.0, "x", 2.8)
 SO_FAR = Look("#009E73", "solid", 2.0)
 BEST = Look("#D55E00", "", 1.0, "star", 12.0)
 FRONT = Look(LIMIT.color, "solid", 1.4, "circle", 6.0)
 BEFORE = Look("#000000", "", 1.0, "diamond", 6.5)
+WIDE = 8.0
 MOST = 20
 """Of the settings that none beats, in the table."""
 
@@ -43,16 +43,27 @@ def history_section(content: Mapping[str, Any]) -> Section:
     return Section("How the search went", items)
 
 
+def goal_title(content: Mapping[str, Any], i: int) -> str:
+    """An objective for a title: "Calm, mean variation a second, steering_rate [1/s]"."""
+    name, each = list(content["objectives"].items())[i]
+    return f"{capital(name)}, {each['of']} {inside(title_of(each['kpi']))} [{unit_of(each['kpi']) or '1'}],"
+
+
 def goal_label(content: Mapping[str, Any], i: int) -> str:
-    """An objective for an axis, with its unit."""
-    each = list(content["objectives"].values())[i]
-    title = inside(title_of(each["kpi"]))
-    return f"{each['of'].capitalize()} {title} [{unit_of(each['kpi']) or '1'}]"
+    """An objective for an axis: "Calm [1/s]"."""
+    name, each = list(content["objectives"].items())[i]
+    return f"{capital(name)} [{unit_of(each['kpi']) or '1'}]"
 
 
 def values_of(trials: Sequence[Mapping[str, Any]], i: int) -> Array:
     """An objective of trials (n,), NaN where they failed."""
     return np.array([trial["values"][i] if trial["values"] else np.nan for trial in trials], dtype=float)
+
+
+def spread_out(values: Array) -> bool:
+    """Whether values need a logarithmic axis, as far as they are known: bad trials may be many times as bad."""
+    known = values[np.isfinite(values)]
+    return bool(known.size and known.min() > 0.0 and known.max() > WIDE * known.min())
 
 
 def trial_points(content: Mapping[str, Any], trials: Sequence[Mapping[str, Any]], x: Array, y: Array) -> list[Line]:
@@ -78,11 +89,11 @@ def _history(content: Mapping[str, Any], i: int) -> Chart:
     lines.append(Line("Without tuning", slim(at[[0, -1]]), slim(before), REFERENCE))
     return Chart(
         f"history-{key_of(name)}",
-        f"{goal_label(content, i)} of each trial",
+        f"{goal_title(content, i)} of each trial",
         "Trial",
         goal_label(content, i),
         tuple(lines),
-        logarithmic="y" if wide(values) else "",
+        logarithmic="y" if spread_out(values) else "",
     )
 
 
@@ -100,11 +111,11 @@ def _front(content: Mapping[str, Any], i: int, j: int) -> Chart:
     lines.append(Line("Without tuning", slim(before[0]), slim(before[1]), BEFORE))
     return Chart(
         f"front-{key_of(names[i])}-{key_of(names[j])}",
-        f"{names[j]} over {names[i]} of each trial, and those that no other beats in both",
+        f"{capital(names[j])} over {names[i]} of each trial, and those that no other beats in both",
         goal_label(content, i),
         goal_label(content, j),
         tuple(lines),
-        logarithmic=("x" if wide(x) else "") + ("y" if wide(y) else ""),
+        logarithmic=("x" if spread_out(x) else "") + ("y" if spread_out(y) else ""),
     )
 
 
