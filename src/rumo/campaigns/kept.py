@@ -31,7 +31,7 @@ def read_results(folder: str | Path) -> Results:
     controllers = tuple(settings.get("controllers", ()))
     runs = settings.get("runs")
     if runs is not None:
-        rows = rows[rows["draw"] < runs].reset_index(drop=True)  # there may have been more before
+        rows = rows.loc[rows["draw"] < runs].reset_index(drop=True)  # there may have been more before
     chosen = specification.get("report", {}).get("heat_map")
     return Results(
         rows,
