@@ -38,7 +38,9 @@ def made_sampler(optuna: Any, name: str, decided_by: str) -> Any:
         required("cmaes", "campaign", f'sampler "{CMA_ES}"')
         return samplers.CmaEsSampler(seed=seed, warn_independent_sampling=False)
     if name == "nsga2":
-        return samplers.NSGAIISampler(seed=seed, population_size=POPULATION)
+        # Optuna's own only mixes values that are there: of numbers it would hardly try others.
+        crossover = samplers.nsgaii.SBXCrossover()
+        return samplers.NSGAIISampler(seed=seed, population_size=POPULATION, crossover=crossover)
     if name == "random":
         return samplers.RandomSampler(seed=seed)
     return samplers.TPESampler(seed=seed, multivariate=True, warn_independent_sampling=False)

@@ -87,20 +87,16 @@ def values_table(content: Mapping[str, Any]) -> Table:
                 values = [number(found["before"]), number(found["after"]), ratio]
                 title = f"{name}: {OF[each['of']]} {inside(title_of(each['kpi']))}"
                 unit = f" [{unit_of(each['kpi'])}]" if unit_of(each["kpi"]) else ""
-                limit = _limit_words(found) if kind == "limits" else "-"
-                holds = {True: "holds", False: "broken", None: "-"}[found.get("held_after")]
-                rows.append([title + unit if where == "tuning" else "", words, *values, limit, holds])
-    heads = ["", "Drives of the", "Before", "After", "Ratio", "Limit", ""]
-    return Table(heads, rows, words=(0, 1, 5, 6))
+                held = {True: "holds", False: "broken", None: ""}[found.get("held_after")]
+                limit = [_limit_words(found) if kind == "limits" else "", held] if content["limits"] else []
+                rows.append([title + unit if where == "tuning" else "", words, *values, *limit])
+    heads = ["", "Drives of the", "Before", "After", "Ratio", *(("Limit", "") if content["limits"] else ())]
+    return Table(heads, rows, words=(0, 1, 5, 6)[: len(heads) - 3])
 
 
 def _limit_words(found: Mapping[str, Any]) -> str:
-    parts = [
-        f"{word} {number(found[key])}"
-        for key, word in (("at_least", "from"), ("at_most", "to"))
-        if found[key] is not None
-    ]
-    return " ".join(parts)
+    named = (("at least", found["at_least"]), ("at most", found["at_most"]))
+    return ", ".join(f"{words} {number(limit)}" for words, limit in named if limit is not None)
 
 
 def settings_section(content: Mapping[str, Any], folder: str) -> Section | None:
