@@ -163,6 +163,7 @@ def test_drives_that_fail_do_not_end_it(tuning, tmp_path):
     assert content["trials"]["failed"] == len(failed)
     assert {each["outcome"] for each in content["failures"]} <= {"crashed", "timeout", "raised"}
     assert sum(each["drives"] for each in content["failures"]) == len(found.failed)
+    assert all({*BASE, "seed"} == {*each["settings"]} for each in content["failures"])
 
 
 @pytest.mark.parametrize(

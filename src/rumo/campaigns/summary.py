@@ -172,7 +172,7 @@ def failures(results: Results) -> list[dict[str, Any]]:
         words = end if outcome == DONE else error
         if outcome == DONE and (not end or end.startswith(ARRIVED)):
             continue
-        kinds.setdefault((controller, outcome if outcome != DONE else "lost", _kind(words)), []).append(row)
+        kinds.setdefault((controller, outcome if outcome != DONE else "lost", kind_of(words)), []).append(row)
     found = [
         {
             "controller": controller,
@@ -190,7 +190,7 @@ ARRIVED = "Arrived"
 """With which the sentence about the end of a drive begins that came where it was to."""
 
 
-def _kind(message: str) -> str:
+def kind_of(message: str) -> str:
     """A message without its numbers, and only its first line: those of the same cause are the same."""
     return re.sub(r"[-+]?\d[\d.,]*(e[-+]?\d+)?", "#", message.strip().partition("\n")[0])
 

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from rumo.campaigns.columns import SETTING
 from rumo.campaigns.search import Trial
 from rumo.campaigns.space import options_of
 from rumo.campaigns.statistics import paired
+from rumo.campaigns.summary import kind_of, plain
 from rumo.campaigns.task import Row
 from rumo.campaigns.tuning.course import Tuned
 from rumo.campaigns.tuning.goals import Goal, Limit, Objective, figures_of
@@ -144,13 +146,20 @@ def _trial(trial: Trial) -> dict[str, Any]:
 
 
 def failures(rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """Drives that did not come to their end, by outcome and message, the most frequent first."""
+    """Drives that did not come to their end, by outcome and message without its numbers, the most frequent first."""
     kinds: dict[tuple[str, str], list[Row]] = {}
     for row in rows:
-        message = str(row.get("error") or "").strip().partition("\n")[0]
-        kinds.setdefault((row["outcome"], message), []).append(row)
-    found = [
-        {"outcome": outcome, "message": message, "drives": len(of), "key": min(row["key"] for row in of)}
-        for (outcome, message), of in kinds.items()
-    ]
-    return sorted(found, key=lambda each: (-each["drives"], each["outcome"], each["message"]))
+        kinds.setdefault((row["outcome"], kind_of(str(row.get("error") or ""))), []).append(row)
+    found = [_failure(min(of, key=lambda row: row["key"]), len(of)) for of in kinds.values()]
+    return sorted(found, key=lambda each: (-each["drives"], each["outcome"], each["key"]))
+
+
+def _failure(row: Row, drives: int) -> dict[str, Any]:
+    settings = {name.removeprefix(SETTING): plain(value) for name, value in row.items() if name.startswith(SETTING)}
+    return {
+        "outcome": row["outcome"],
+        "message": str(row.get("error") or "").strip().partition("\n")[0],
+        "drives": drives,
+        "key": row["key"],
+        "settings": {name: value for name, value in settings.items() if value is not None},
+    }

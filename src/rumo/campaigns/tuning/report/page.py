@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rumo.campaigns.report.failures import LONGEST, WORDS, flattened
-from rumo.campaigns.report.words import value_words
+from rumo.campaigns.report.words import settings_words, value_words
 from rumo.campaigns.tuning.course import Tuned
 from rumo.campaigns.tuning.report.dependence import dependence_section
 from rumo.campaigns.tuning.report.headline import headline, settings_section
@@ -56,10 +56,15 @@ def failures_section(content: Mapping[str, Any]) -> Section:
     if not found:
         return Section("What went wrong", ["Every drive came to its end."])
     rows = [
-        [WORDS.get(each["outcome"], ""), number(each["drives"]), each["message"][:LONGEST], each["key"]]
+        [
+            WORDS.get(each["outcome"], ""),
+            number(each["drives"]),
+            each["message"][:LONGEST],
+            settings_words(each["settings"]),
+        ]
         for each in found
     ]
-    return Section("What went wrong", [Table(["The drive", "Drives", "Such as", "Key"], rows, words=(0, 2, 3))])
+    return Section("What went wrong", [Table(["The drive", "Drives", "Such as", "At"], rows, words=(0, 2, 3))])
 
 
 def asked_section(content: Mapping[str, Any]) -> Section:
