@@ -1,7 +1,5 @@
 """Searches go on wherever they were ended, and propose what they would have proposed."""
 
-import os
-
 import pytest
 
 from rumo.campaigns.distributions import Choice, Integers, LogUniform, Normal, Uniform
@@ -11,16 +9,12 @@ from rumo.errors import ArgumentError, CampaignError
 
 optuna = pytest.importorskip("optuna")
 pytest.importorskip("cmaes")
+pytestmark = pytest.mark.usefixtures("quick_disks")
 
 NUMBERS = {"x": Uniform(-1.0, 1.0), "y": LogUniform(0.01, 100.0), "n": Integers(1, 9)}
 MIXED = {**NUMBERS, "scheme": Grid(["euler", "radau"]), "on": Choice([True, False])}
 CASES = {"tpe": (MIXED, 1), "cma-es": (NUMBERS, 1), "nsga2": (MIXED, 2), "random": (MIXED, 1)}
 TRIALS, BATCH = 30, 4
-
-
-@pytest.fixture(autouse=True)
-def _no_waiting_for_disks(monkeypatch):
-    monkeypatch.setattr(os, "fsync", lambda descriptor: None)
 
 
 def made(folder, space=NUMBERS, objectives=1, sampler="tpe", storage=None, specified="a", seed=0):
