@@ -12,6 +12,7 @@ from rumo.version import __version__
 if TYPE_CHECKING:
     from rumo.actuation import Actuation, Actuator, with_actuators
     from rumo.campaigns.conduct import campaign
+    from rumo.campaigns.falsification import Falsification, falsify
     from rumo.campaigns.specification import Campaign
     from rumo.campaigns.tuning.conduct import tune
     from rumo.campaigns.tuning.specification import Tuning
@@ -90,6 +91,7 @@ __all__ = [
     "Discretization",
     "ExplicitEuler",
     "ExtendedKalman",
+    "Falsification",
     "FileError",
     "ForkedError",
     "FrozenError",
@@ -137,6 +139,7 @@ __all__ = [
     "Weight",
     "__version__",
     "campaign",
+    "falsify",
     "faults",
     "show",
     "simulate",
@@ -163,6 +166,7 @@ _ROOMS = (
     "campaigns.specification",
     "campaigns.conduct",
     "campaigns.tuning",
+    "campaigns.falsification",
 )
 """Where public names are, which are loaded when they are asked for, as modules are: help on a command needs no CasADi,
 a controller alone neither SciPy nor a plotting library."""

@@ -137,3 +137,15 @@ def test_arguments_are_checked_by_their_range():
     ):
         with pytest.raises(rumo.ArgumentError, match=said):
             Recipe("track", settings).run()
+
+
+def test_a_patch_lies_on_the_path_of_a_track_also_across_its_line():
+    bare = BASES["track"]()
+    length = bare.path.length
+    across = BASES["track"](patch_at=length - 5.0, patch_length=12.0, patch_friction=0.4).scenario.disturbances["mu"]
+    own = bare.scenario.plant.default_parameters[list(bare.scenario.plant.parameters).index("mu")]
+    assert [across.at(s) for s in (length - 6.0, length - 4.0, 0.0, 6.9, 7.1)] == [own, 0.4, 0.4, 0.4, own]
+    assert "mu" not in BASES["track"](patch_length=0.0).scenario.disturbances
+    for wrong in ({"patch_at": 2.0 * length}, {"patch_length": 2.0 * length}):
+        with pytest.raises(rumo.ArgumentError, match="expected a place on the path"):
+            BASES["track"](**{"patch_length": 1.0, **wrong})

@@ -253,3 +253,16 @@ def test_what_cannot_be_is_named(name, value, said):
         return
     with pytest.raises(rumo.ArgumentError, match=said):
         after(name, value)
+
+
+def test_a_fault_is_of_so_many_samples():
+    missing = {"kind": "Missing", "when": {"from": 10, "samples": 0}}
+    run = changed(BASES["paper"](duration=1.0), {"faults": [missing]})
+    assert run.faults[0].when == range(10, 10)
+    assert changed(run, {"faults.0.when.samples": 4}).faults[0].when == range(10, 14)
+    assert changed(run, {"faults.0.when.from": 12}).faults[0].when == range(12, 12)
+    assert changed(run, {"faults.0.when.from": 12, "faults.0.when.samples": 4}).faults[0].when == range(12, 16)
+    with pytest.raises(rumo.ArgumentError, match="samples"):
+        changed(run, {"faults.0.when.to": 20, "faults.0.when.samples": 4})
+    with pytest.raises(rumo.ArgumentError, match="samples"):
+        changed(run, {"faults.0.when.samples": -1})

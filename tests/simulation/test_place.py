@@ -8,7 +8,7 @@ import pytest
 import rumo
 from rumo.references import TRACKS, Path, generators
 from rumo.signals import Signals
-from rumo.simulation import ByPlace
+from rumo.simulation import ByPlace, Patch
 
 STRAIGHT = generators.straight(100.0)
 STATES = Signals({"heat": "K", "p_x": "m", "p_y": "m"}, "states")
@@ -79,3 +79,31 @@ def test_mistakes(make, message):
     assert isinstance(STRAIGHT, Path)
     with pytest.raises(rumo.ArgumentError, match=message):
         make()
+
+
+def test_a_patch_is_where_a_state_is_between_two():
+    value = Patch(value=0.3, elsewhere=0.9, begin=10.0, length=5.0).start(STATES)
+    found = [value(np.array([0.0, x, 2.0])) for x in (9.99, 10.0, 14.99, 15.0)]
+    assert found == [0.9, 0.3, 0.3, 0.9]
+    nowhere = Patch(value=0.3, elsewhere=0.9, begin=10.0, length=0.0).start(STATES)
+    assert nowhere(np.array([0.0, 10.0, 0.0])) == 0.9
+    by_y = Patch(value=0.3, elsewhere=0.9, begin=0.0, length=1.0, state="p_y").start(STATES)
+    assert by_y(np.array([0.0, 7.0, 0.5])) == 0.3
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"length": -1.0}, "length: got -1.0"),
+        ({"length": np.inf}, "length: got inf"),
+        ({"value": np.nan}, "value: got nan"),
+    ],
+)
+def test_what_a_patch_cannot_be(wrong, message):
+    with pytest.raises(rumo.ArgumentError, match=message):
+        Patch(**{"value": 0.3, "elsewhere": 0.9, "begin": 0.0, "length": 1.0, **wrong})
+
+
+def test_a_patch_of_an_unknown_state():
+    with pytest.raises(rumo.ArgumentError, match="state: got 'p_z'"):
+        Patch(0.3, 0.9, 0.0, 1.0, "p_z").start(STATES)

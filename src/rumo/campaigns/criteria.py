@@ -117,12 +117,17 @@ class Criterion:
         """
         if row.get("outcome") != DONE:
             return str(row.get("outcome"))
-        value = next((row[name] for name in (KPI + self.kpi, RUN + self.kpi) if row.get(name) is not None), None)
-        if value is None or value != value:
+        value = self.value(row)
+        if value is None:
             return "not known"
         if value < self.lower:
             return f"{value:.4g}, less than {self.lower:g}"
         return f"{value:.4g}, more than {self.upper:g}" if value > self.upper else ""
+
+    def value(self, row: Mapping[str, Any]) -> float | None:
+        """The figure in a run; None where it is not known."""
+        found = next((row[name] for name in (KPI + self.kpi, RUN + self.kpi) if row.get(name) is not None), None)
+        return None if found is None or found != found else float(found)
 
     def values(self, rows: pd.DataFrame) -> NDArray[np.float64]:
         """The figure in each run (n,); NaN where it is not known."""

@@ -81,13 +81,15 @@ def rerun(folder: str | Path, key: str) -> Rerun:
         If there is no campaign, no such run or several, or if a file or a version that decides it is not what it was.
     """
     specification = read_head(folder)["specification"]
-    if "campaign" not in specification:
+    if not {"campaign", "falsify"} & specification.keys():
         cure = "Its settings are in its row, and in summary.json."
-        raise ArgumentError("campaign", f"'{folder}', which has a search", "the folder of a campaign", cure)
+        raise ArgumentError(
+            "campaign", f"'{folder}', which has a search", "the folder of a campaign or a falsification", cure
+        )
     rows = read_rows(folder)
     before = _row(rows, key)
-    campaign = Campaign.of(specification)
-    task = campaign.task(int(before["draw"]), str(before["controller"]))
+    campaign, further = _campaign_of(specification, before)
+    task = campaign.task(int(before["draw"]), str(before["controller"]), further)
     if task["key"] != before["key"]:
         raise ArgumentError(
             "key",
@@ -107,6 +109,16 @@ def rerun(folder: str | Path, key: str) -> Rerun:
         log, error = getattr(raised, "log", log), f"{type(raised).__name__}: {raised}"
     criteria = tuple(campaign.criteria.values())
     return Rerun(task["key"], task["controller"], task["draw"], task["settings"], log, error, row, before, criteria)
+
+
+def _campaign_of(specification: Mapping[str, Any], before: Mapping[str, Any]) -> tuple[Campaign, dict[str, Any]]:
+    """The campaign that a row is of, and what is set on top of it: the disturbance, if that was looked for."""
+    if "falsify" not in specification:
+        return Campaign.of(specification), {}
+    from rumo.campaigns.falsification.reading import TABLES, falsification_of
+
+    found = falsification_of({name: specification[name] for name in TABLES})
+    return found.drives, {name: plain(before[f"setting.{name}"]) for name in found.search}
 
 
 def _row(rows: Any, key: str) -> dict[str, Any]:

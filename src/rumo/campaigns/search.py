@@ -80,9 +80,9 @@ class Search:
         What may be chosen, by dotted name; of a distribution only its ends matter.
     maximise : sequence of bool
         For each objective, whether more is better.
-    storage : str or Path
+    storage : str or Path, optional
         A journal file, in a folder to which only this process writes, or the URL of a database: sqlite:///tune.db,
-        postgresql://user@host/tune.
+        postgresql://user@host/tune. Without one, the search is in memory, and is told of all trials again.
     folder : str
         Who asks: of trials that nobody has told, those of the same folder are taken up again.
     specified : str
@@ -103,7 +103,7 @@ class Search:
         space: Mapping[str, Distribution | Grid],
         maximise: Sequence[bool],
         *,
-        storage: str | Path,
+        storage: str | Path | None,
         folder: str,
         specified: str,
         sampler: str = "tpe",

@@ -40,21 +40,23 @@ def optuna_for(what: str) -> Any:
     return optuna
 
 
-def is_url(storage: str | Path) -> bool:
+def is_url(storage: str | Path | None) -> bool:
     """Whether a storage is a database, which others may use as well."""
     return "://" in str(storage)
 
 
-def opened(optuna: Any, storage: str | Path) -> Any:
+def opened(optuna: Any, storage: str | Path | None) -> Any:
     """A storage of Optuna's.
 
     Parameters
     ----------
     optuna : module
         The package.
-    storage : str or Path
-        A journal file in a folder to which only this process writes, or the URL of a database.
+    storage : str or Path, optional
+        A journal file in a folder to which only this process writes, or the URL of a database; memory without one.
     """
+    if storage is None:
+        return optuna.storages.InMemoryStorage()
     if is_url(storage):
         waiting = {"connect_args": {"timeout": PATIENCE}} if str(storage).startswith("sqlite:") else {}
         return optuna.storages.RDBStorage(str(storage), engine_kwargs=waiting)
@@ -71,13 +73,13 @@ def _cut(path: Path) -> None:
             file.truncate(content.rfind(b"\n") + 1)
 
 
-def shown(storage: str | Path) -> str:
+def shown(storage: str | Path | None) -> str:
     """A storage for readers, without its password."""
     return re.sub(r"(//[^:/@]*):[^@]*@", r"\1:***@", str(storage))
 
 
 @contextmanager
-def opening(storage: str | Path) -> Generator[None]:
+def opening(storage: str | Path | None) -> Generator[None]:
     """Whatever keeps a storage from being opened is an error of the argument."""
     try:
         yield
@@ -89,7 +91,7 @@ def opening(storage: str | Path) -> Generator[None]:
 
 
 @contextmanager
-def reached(optuna: Any, storage: str | Path) -> Generator[None]:
+def reached(optuna: Any, storage: str | Path | None) -> Generator[None]:
     """A storage that can no longer be read or written ends the search; nothing that it has is lost."""
     try:
         yield

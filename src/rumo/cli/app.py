@@ -11,6 +11,7 @@ from rumo.cli.bench import bench
 from rumo.cli.campaign import campaign
 from rumo.cli.compare import compare, rerun
 from rumo.cli.drive import drive
+from rumo.cli.falsify import falsify
 from rumo.cli.models import models
 from rumo.cli.studies import study
 from rumo.cli.tune import tune
@@ -29,6 +30,7 @@ app.command()(campaign)
 app.command()(compare)
 app.command()(rerun)
 app.command()(tune)
+app.command()(falsify)
 app.command()(models)
 
 

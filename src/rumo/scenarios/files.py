@@ -11,7 +11,7 @@ from typing import Any
 
 from rumo.errors import ArgumentError, FileError
 from rumo.scenarios.arguments import Plain
-from rumo.scenarios.kinds import KIND, RANGE
+from rumo.scenarios.kinds import KIND, is_range
 
 
 def read_tables(path: str | Path) -> dict[str, Any]:
@@ -39,7 +39,7 @@ def flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, Plain]:
     """Values by dotted names; a table with `kind`, or `from` and `to`, is a value."""
     found: dict[str, Plain] = {}
     for key, value in table.items():
-        if isinstance(value, Mapping) and KIND not in value and value.keys() != RANGE:
+        if isinstance(value, Mapping) and KIND not in value and not is_range(value):
             found |= flattened(value, f"{prefix}{key}.")
         else:
             whole: Any = value

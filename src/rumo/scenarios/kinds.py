@@ -16,11 +16,11 @@ from rumo.estimation import Butterworth, ExtendedKalman, ExtraState, MovingHoriz
 from rumo.references import SinePath
 from rumo.references.signals import Sampled, Sine
 from rumo.registry import DISCRETIZATIONS
-from rumo.simulation import Constant, DelayWatch, Gust, OrnsteinUhlenbeck, RandomWalk
+from rumo.simulation import Constant, DelayWatch, Gust, OrnsteinUhlenbeck, Patch, RandomWalk
 from rumo.simulation.faults import KINDS as FAULTS
 from rumo.simulation.faults import Changed
 
-DISTURBANCES: tuple[type, ...] = (Constant, RandomWalk, OrnsteinUhlenbeck, Gust)
+DISTURBANCES: tuple[type, ...] = (Constant, RandomWalk, OrnsteinUhlenbeck, Gust, Patch)
 ESTIMATORS: tuple[type, ...] = (Butterworth, ExtendedKalman, MovingHorizon)
 REFERENCES: tuple[type, ...] = (SinePath, Sine, Sampled)
 PARTS: tuple[type, ...] = (Actuation, Actuator, DelayWatch, ExtraState, InnovationGate, OutlierGate, QpOptions)
@@ -33,8 +33,8 @@ KINDS: Mapping[str, type] = MappingProxyType(
 """Classes by their names."""
 KIND = "kind"
 """Key of a table that says of which class it is."""
-RANGE = {"from", "to"}
-"""Keys of a table that stands for samples: the first, and the first after the last."""
+RANGES = {"from", "to"}, {"from", "samples"}
+"""Keys of a table that stands for samples: the first, and the first after the last, or how many there are."""
 
 
 def made(table: Mapping[str, Any], where: str, expected: type | None = None) -> Any:
@@ -108,7 +108,7 @@ def as_hinted(value: Any, hint: Any, where: str) -> Any:
     if isinstance(value, Mapping):
         if KIND in value:
             return made(value, where)
-        if value.keys() == RANGE and range in options:
+        if is_range(value) and range in options:
             return _samples(value, where)
         kind = next((option for option in options if isinstance(option, type) and is_dataclass(option)), None)
         if kind is not None:
@@ -139,8 +139,14 @@ def _is_mapping(hint: Any) -> bool:
     return isinstance(origin, type) and issubclass(origin, Mapping)
 
 
+def is_range(table: Mapping[str, Any]) -> bool:
+    """Whether a table stands for samples."""
+    return any(table.keys() == keys for keys in RANGES)
+
+
 def _samples(table: Mapping[str, Any], where: str) -> range:
     for key, value in table.items():
         if not isinstance(value, int) or isinstance(value, bool):
             raise ArgumentError(f"{where}.{key}", repr(value), "a whole number of samples")
-    return range(table["from"], table["to"])
+    first = table["from"]
+    return range(first, table["to"] if "to" in table else first + table["samples"])

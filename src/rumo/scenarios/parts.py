@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from rumo.controllers import RealTimeIteration
-from rumo.errors import UnknownNameError
+from rumo.errors import ArgumentError, UnknownNameError
 from rumo.model import Model
 from rumo.problem import Problem
 from rumo.registry import CONTROLLERS, MODELS
@@ -41,7 +41,7 @@ def parts_of(value: Any) -> dict[str, Any] | None:
     if isinstance(value, Mapping):
         return {key: Closed(item) if isinstance(item, dict) else item for key, item in value.items()}
     if isinstance(value, range):
-        return {"from": value.start, "to": value.stop}
+        return {"from": value.start, "to": value.stop, "samples": len(value)}
     if isinstance(value, tuple | list):
         return {str(i): item for i, item in enumerate(value)}
     if not is_dataclass(value) or isinstance(value, (type, *WHOLE)):
@@ -61,7 +61,7 @@ def with_parts(value: Any, parts: Mapping[str, Any]) -> Any:
     if isinstance(value, Mapping):
         return type(value)({**value, **parts}) if isinstance(value, dict) else {**value, **parts}
     if isinstance(value, range):
-        return range(parts.get("from", value.start), parts.get("to", value.stop))
+        return _range_with(value, parts)
     if isinstance(value, tuple | list):
         return type(value)(parts.get(str(i), item) for i, item in enumerate(value))
     own, inner = {item.name: getattr(value, item.name) for item in fields(value) if item.init}, dict(parts)
@@ -70,6 +70,20 @@ def with_parts(value: Any, parts: Mapping[str, Any]) -> Any:
         of_scenario = {name: inner.pop(name) for name in parts if name not in _beside(own)}
         inner["scenario"] = _scenario_with(scenario, of_scenario) if of_scenario else scenario
     return replace(value, **inner)
+
+
+def _range_with(value: range, parts: Mapping[str, Any]) -> range:
+    """Samples from one on, until another or so many."""
+    first, last = parts.get("from", value.start), parts.get("to", value.stop)
+    if "samples" not in parts:
+        none_yet = "to" not in parts and not len(value)  # and none from another one on either
+        return range(first, first if none_yet else last)
+    count = parts["samples"]
+    if count < 0:
+        raise ArgumentError("samples", str(count), "a number of at least 0")
+    if "to" in parts and last != first + count:
+        raise ArgumentError("samples", f"{count} beside from = {first} and to = {last}", "only one of samples and to")
+    return range(first, first + count)
 
 
 def _differing(now: Mapping[str, Any], wanted: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from rumo.simulation.log import load, save
 from rumo.simulation.loop import ClosedLoop
 from rumo.simulation.moment import Moment
 from rumo.simulation.monitors import DelayWatch
-from rumo.simulation.place import ByPlace, DisturbanceByState
+from rumo.simulation.place import ByPlace, DisturbanceByState, Patch
 from rumo.simulation.plant import Plant
 from rumo.simulation.recorder import Recorder
 from rumo.simulation.sample import Sample
@@ -26,6 +26,7 @@ __all__ = [
     "Interrupted",
     "Moment",
     "OrnsteinUhlenbeck",
+    "Patch",
     "Plant",
     "PlantLike",
     "RandomWalk",

@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from rumo.checks import as_mapping, as_names, checked, finite_number
+from rumo.checks import as_mapping, as_names, checked, finite_number, non_negative_number
 from rumo.errors import ArgumentError
 from rumo.references import Path
 from rumo.signals import Array, Signals
@@ -95,3 +95,42 @@ class _Followed:
         s = self._place.path.nearest(p_x, p_y, *self._reach)
         self._reach = s - WINDOW, s + WINDOW
         return self._place.at(s)
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Another value while a state is between two: ice across a road, from one place to another.
+
+    All of it is numbers, as files have them. On a path that comes by the same place twice, take `ByPlace`.
+
+    Parameters
+    ----------
+    value, elsewhere : float
+        On the patch, and outside of it.
+    begin, length : float
+        Where it is, in the state's unit: from `begin` on, before `begin + length`; nowhere for a length of 0.
+    state : str
+        Of the plant.
+
+    Examples
+    --------
+    >>> ice = Patch(value=0.3, elsewhere=0.9, begin=120.0, length=20.0)
+    """
+
+    value: float
+    elsewhere: float
+    begin: float
+    length: float
+    state: str = "p_x"
+
+    def __post_init__(self) -> None:
+        for name in ("value", "elsewhere", "begin"):
+            finite_number(getattr(self, name), name)
+        if non_negative_number(self.length, "length") == np.inf:
+            raise ArgumentError("length", "inf", "a finite length")
+        as_names((self.state,), "state")
+
+    def start(self, states: Signals) -> Callable[[Array], float]:
+        """The value by the plant's state (nx,), see `DisturbanceByState`."""
+        row = states.index(self.state, "state")
+        return lambda x: self.value if self.begin <= x[row] < self.begin + self.length else self.elsewhere

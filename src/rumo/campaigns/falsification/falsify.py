@@ -2,29 +2,31 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
+from rumo.campaigns.falsification.shrinking import Found, shrunk
 from rumo.campaigns.falsification.specification import Falsification
 from rumo.campaigns.rounds import Rounds
-from rumo.campaigns.search import Search, Trial
-from rumo.campaigns.specification import canonical
-from rumo.campaigns.store import Store
+from rumo.campaigns.search import Search
+from rumo.campaigns.standing import Searching
+from rumo.campaigns.store import LOGS, Store
 from rumo.campaigns.task import Engine, Row
+from rumo.campaigns.work import CONTROLLER, WORK
 from rumo.errors import CampaignError
 from rumo.scenarios import Plain, Recipe
 
-JOURNAL, FOUND = "trials.journal", "found.toml"
-HALVINGS = 10
-"""Of the way from nothing to what was found, to see from where on a disturbance violates."""
+FOUND = "found.toml"
+"""The file with the scenario of the smallest disturbance."""
 
 
 @dataclass(frozen=True)
-class Found:
-    """A disturbance that violates something.
+class Tried:
+    """A disturbance, and what came of it.
 
     Attributes
     ----------
@@ -32,19 +34,16 @@ class Found:
         What it is.
     size : float
         How large.
-    violated : tuple of str
-        Names of the criteria.
+    violated : tuple of str, optional
+        Names of the criteria; None if its drive does not say, as its process ended.
     row : dict
         Of its drive.
-    holds_at : float
-        The largest size on the way from nothing to it that was driven and violates nothing.
     """
 
     settings: Mapping[str, Plain]
     size: float
-    violated: tuple[str, ...]
+    violated: tuple[str, ...] | None
     row: Row
-    holds_at: float
 
 
 @dataclass(frozen=True)
@@ -55,128 +54,130 @@ class Falsified:
     ----------
     falsification : Falsification
         What it was.
+    folder : Path
+        Of its rows, and of logs.
     undisturbed : dict
         Row of the drive without a disturbance.
-    trials : list of Trial
-        All that are done, by number.
-    sizes : mapping of int to float
-        Of the trials that violate something, by number.
+    trials : tuple of Tried
+        All that are done, in the order in which they were proposed.
     found : Found, optional
-        The smallest; None if nothing that was tried violates anything.
+        The smallest; None if nothing that was tried violates anything, or the search is not over.
+    stopped : CampaignError or KeyboardInterrupt, optional
+        What ended it early. What was done is kept, and started again it goes on.
     """
 
     falsification: Falsification
+    folder: Path
     undisturbed: Row
-    trials: list[Trial]
-    sizes: Mapping[int, float]
-    found: Found | None
+    trials: tuple[Tried, ...]
+    found: Found | None = None
+    stopped: CampaignError | KeyboardInterrupt | None = None
 
     @property
     def recipe(self) -> Recipe | None:
-        """The recipe with the disturbance that was found."""
-        return None if self.found is None else self.falsification.recipe.with_settings(self.found.settings)
+        """The recipe with the disturbance that was found, who drives and the seed; None if nothing was."""
+        if self.found is None:
+            return None
+        drives, settings = self.falsification.drives, self.found.settings
+        driver = {CONTROLLER: self.falsification.controller}
+        return self.falsification.recipe.with_settings({**driver, **drives.settings(0), **settings})
+
+    def log_of(self, key: str) -> Path | None:
+        """The file with the log of a drive, by its key; None if it was not kept."""
+        path = self.folder / LOGS / f"{key}.nc"
+        return path if path.is_file() else None
 
 
 def carry_out_falsification(
     falsification: Falsification,
-    folder: Path,
     engine: Engine,
-    tell: Callable[[int, int, Trial | None], object] | None = None,
+    store: Store,
+    tell: Callable[[Searching], object] | None = None,
 ) -> Falsified:
-    """Drive all trials that are not done, then halve the way to the smallest disturbance that violates something.
+    """Try disturbances, then look for the smallest of the kind of the smallest that violates something.
+
+    What is tried depends on what came of those before, and the search is gone through again from its beginning whenever
+    it is started: what is stored is not driven again. So one that was stopped, however, ends as one that was not.
 
     Parameters
     ----------
     falsification : Falsification
         What to look for.
-    folder : Path
-        Of rows, trials, and `found.toml`.
     engine : Engine
         Where drives are carried out.
+    store : Store
+        Of their rows, and of the log of what was found; `found.toml` is written to its folder.
     tell : callable, optional
-        Called with (trials done, all trials, the best so far) at the beginning and after each batch.
+        Called with a `Searching` at the beginning and after each batch.
 
     Raises
     ------
-    ArgumentError
-        If the folder has another falsification.
     CampaignError
-        If no more can be carried out, or stored; if a drive without disturbance violates something.
+        If the drive without disturbance violates something, or there is none.
     """
-    identity = falsification.identity
-    with Store(folder, identity) as store:
-        search = Search(
-            falsification.search,
-            [False],
-            storage=folder / JOURNAL,
-            folder=str(folder.resolve()),
-            specified=hashlib.sha256(canonical(identity).encode()).hexdigest(),
-            sampler=falsification.sampler,
-            seed=falsification.seed,
-        )
-        rounds = Rounds(falsification.drives, engine, store)
-        proposals = search.ask(1) if not search.trials else []
-        rows = _rows_of(rounds, [each.settings for each in proposals])
-        first = proposals[0].settings if proposals else search.trials[0].settings
-        undisturbed = _rows_of(rounds, [falsification.smaller(first, 0.0)])[0]
-        _require_held(falsification, undisturbed)
-        for proposal, row in zip(proposals, rows, strict=True):
-            _told(falsification, search, proposal.number, proposal.settings, row)
-        while (done := len(search.trials)) < falsification.trials:
-            _tell(tell, done, falsification, search)
-            proposals = search.ask(min(falsification.batch, falsification.trials - done))
-            for proposal, row in zip(proposals, _rows_of(rounds, [each.settings for each in proposals]), strict=True):
-                _told(falsification, search, proposal.number, proposal.settings, row)
-        _tell(tell, done, falsification, search)
-        sizes = _sizes(falsification, rounds, search.trials)
-        smallest = min(sizes, key=lambda number: sizes[number], default=None)
-        trials = {trial.number: trial for trial in search.trials}
-        found = None if smallest is None else _halved(falsification, rounds, trials[smallest].settings)
+    rounds, begun = Rounds(falsification.drives, engine, store), monotonic()
+    trials: list[Tried] = []
+    undisturbed, found, stopped = dict[str, Any](), None, None
+
+    def told() -> None:
+        if tell is not None:
+            violating = [trial.size for trial in trials if trial.violated]
+            words = f"size {min(violating):.3g}" if violating else ""
+            tell(Searching(falsification.trials, 0, len(trials), 0, monotonic() - begun, words))
+
+    try:
+        told()
+        for without in _tries(falsification, rounds, trials):
+            undisturbed = without
+            told()
+        found = _smallest(falsification, rounds, trials)
+        if found is not None:
+            for settings in (found.settings, falsification.smaller(found.settings, 0.0)):
+                _keep_log(falsification, settings, engine, store)
         store.compact()
-    falsified = Falsified(falsification, undisturbed, list(trials.values()), sizes, found)
+    except (CampaignError, KeyboardInterrupt) as error:
+        if not undisturbed:
+            raise
+        stopped = error
+    falsified = Falsified(falsification, store.folder, undisturbed, tuple(trials), found, stopped)
     if falsified.recipe is not None:
-        falsified.recipe.to_toml(folder / FOUND)
+        falsified.recipe.to_toml(store.folder / FOUND)
     return falsified
 
 
-def _rows_of(rounds: Rounds, settings: list[Mapping[str, Plain]]) -> list[Row]:
+def _smallest(what: Falsification, rounds: Rounds, trials: list[Tried]) -> Found | None:
+    """The smallest trial that violates something, made smaller still."""
+    violating = [trial for trial in trials if trial.violated]
+    if not violating:
+        return None
+    smallest = min(violating, key=lambda trial: trial.size)
+    return shrunk(what, lambda settings: _rows(rounds, [settings])[0], smallest.settings)
+
+
+def _tries(what: Falsification, rounds: Rounds, trials: list[Tried]) -> Any:
+    """Try disturbances, batch by batch; after each, the row of the drive without one."""
+    search = Search(what.search, [False], storage=None, folder="", specified="", sampler=what.sampler, seed=what.seed)
+    undisturbed: Row | None = None
+    while len(trials) < what.trials:
+        proposals = search.ask(min(what.batch, what.trials - len(trials)))
+        wanted = [proposal.settings for proposal in proposals]
+        if undisturbed is None:
+            undisturbed = _rows(rounds, [what.smaller(wanted[0], 0.0)])[0]
+            _require_held(what, undisturbed)
+        for proposal, row in zip(proposals, _rows(rounds, wanted), strict=True):
+            worth = what.worth(proposal.settings, row, undisturbed)
+            search.tell(proposal.number, None if worth is None else [worth])
+            trials.append(Tried(proposal.settings, what.size_of(proposal.settings), what.violated(row), row))
+        yield undisturbed
+
+
+def _rows(rounds: Rounds, settings: list[Mapping[str, Plain]]) -> list[Row]:
     return [rows[0] for rows in rounds.drive(settings)]
-
-
-def _told(what: Falsification, search: Search, number: int, settings: Mapping[str, Plain], row: Row) -> None:
-    worth = what.worth(settings, row)
-    search.tell(number, None if worth is None else [worth])
-
-
-def _sizes(what: Falsification, rounds: Rounds, trials: list[Trial]) -> dict[int, float]:
-    """Of the trials that violate something."""
-    rows = _rows_of(rounds, [trial.settings for trial in trials])
-    return {
-        trial.number: what.size_of(trial.settings)
-        for trial, row in zip(trials, rows, strict=True)
-        if what.violated(row)
-    }
-
-
-def _halved(what: Falsification, rounds: Rounds, settings: Mapping[str, Plain]) -> Found:
-    """The smallest disturbance on the way from nothing that violates something, as far as halving the way finds it."""
-    low, high, found = 0.0, 1.0, dict(settings)
-    row = _rows_of(rounds, [found])[0]
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        tried = what.smaller(settings, middle)
-        here = _rows_of(rounds, [tried])[0]
-        if what.violated(here):
-            high, found, row = middle, tried, here
-        else:
-            low = middle
-    violated = tuple(what.violated(row) or ())
-    return Found(found, what.size_of(found), violated, row, what.size_of(what.smaller(settings, low)))
 
 
 def _require_held(what: Falsification, row: Row) -> None:
     violated = what.violated(row)
-    if violated is None:
+    if row["outcome"] != "done":
         raise CampaignError(
             f"The drive without a disturbance did not come to its end. {row['outcome']}: {row['error']}"
         )
@@ -185,7 +186,12 @@ def _require_held(what: Falsification, row: Row) -> None:
         raise CampaignError(f"The drive without a disturbance violates something already. {why}")
 
 
-def _tell(tell: Any, done: int, what: Falsification, search: Search) -> None:
-    if tell is not None:
-        best = search.best
-        tell(done, what.trials, best[0] if best else None)
+def _keep_log(what: Falsification, settings: Mapping[str, Plain], engine: Engine, store: Store) -> None:
+    """Drive once more to keep the log, if it is not there."""
+    task: Any = {**what.drives.task(0, what.controller, settings), "log": True}
+    if (store.folder / LOGS / f"{task['key']}.nc").is_file():
+        return
+    with closing(engine.rows(WORK, what.drives.common, [task])) as rows:
+        for row in rows:
+            if row.get("log") is not None:
+                store.keep_log(row["key"], row["log"])

@@ -32,8 +32,13 @@ def read_falsification(path: str | Path) -> Falsification:
     """
     with errors_of(path, "falsify", SETTINGS):
         falsification = falsification_of(read_tables(path), Path(path).parent)
-        rehearse_search(falsification.drives, falsification.search)
+        rehearse_falsification(falsification)
         return falsification
+
+
+def rehearse_falsification(falsification: Falsification) -> None:
+    """Begin drives at the ends of all that may be chosen."""
+    rehearse_search(falsification.drives, falsification.search)
 
 
 def falsification_of(tables: Mapping[str, Any], folder: Path = Path()) -> Falsification:

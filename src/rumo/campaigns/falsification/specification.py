@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from math import hypot, inf, isfinite
+from math import hypot
 from types import MappingProxyType
 from typing import Any
 
 from rumo.campaigns.criteria import Criterion
 from rumo.campaigns.distributions import Integers, LogUniform, Uniform
+from rumo.campaigns.rows import DONE, RAISED
+from rumo.campaigns.samplers import SAMPLERS as ALL_SAMPLERS
 from rumo.campaigns.sampling import as_varied
-from rumo.campaigns.search import SAMPLERS, check_space, options_of
+from rumo.campaigns.space import check_space, options_of
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.task import Row
 from rumo.checks import as_mapping, checked, finite_number, positive_number, whole_number
@@ -20,7 +22,10 @@ from rumo.errors import ArgumentError, UnknownNameError
 from rumo.registry import CONTROLLERS
 from rumo.scenarios import Plain, Recipe
 
-RAISED = "raised"
+SAMPLERS = tuple(name for name in ALL_SAMPLERS if name != "nsga2")
+"""What proposes disturbances: all but what is for several objectives."""
+LARGER = 1e-3
+"""What size counts among disturbances that violate nothing, beside how far they are on the way to a limit."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +48,7 @@ class Falsification:
     controller : str
         Name in `rumo.registry.CONTROLLERS`.
     sampler : str
-        One of `rumo.campaigns.search.SAMPLERS`, but for the one of several objectives.
+        One of `SAMPLERS`.
     seed : int
         Of what is drawn.
     batch : int
@@ -81,7 +86,7 @@ class Falsification:
         search = {name: as_varied(value, f"search.{name}") for name, value in as_mapping(self.search, "search").items()}
         if not search:
             raise ArgumentError("search", "nothing", "at least one setting that may be chosen")
-        check_space(search)
+        check_space(search, self.sampler)
         size = as_mapping(self.size, "size")
         if not size:
             raise ArgumentError("size", "nothing", "at least one setting of search, and where there is no disturbance")
@@ -93,6 +98,12 @@ class Falsification:
                 raise ArgumentError(f"size.{name}", "a setting that is one of a list", "one between two ends")
             if isinstance(search[name], LogUniform):
                 raise ArgumentError(f"size.{name}", "a log-uniform setting", "a uniform one: its size is a distance")
+            low, high = (float(end) for end in search[name].ends)  # pyright: ignore[reportArgumentType]
+            if not low <= value <= high or low == high:
+                expected = f"where there is no disturbance, between the ends of search.{name}: from {low:g} to {high:g}"
+                raise ArgumentError(f"size.{name}", repr(value), expected)
+            if isinstance(search[name], Integers) and value != int(value):
+                raise ArgumentError(f"size.{name}", repr(value), "a whole number, as all that may be chosen")
         own = {"search": search, "size": {name: float(value) for name, value in size.items()}}
         for name, value in own.items():
             object.__setattr__(self, name, MappingProxyType(value))
@@ -134,46 +145,57 @@ class Falsification:
 
     def size_of(self, settings: Mapping[str, Plain]) -> float:
         """Size of a disturbance."""
-        return hypot(*(self._share(name, float(settings[name])) for name in self.size))  # pyright: ignore[reportArgumentType]
+        values: Mapping[str, Any] = settings
+        return hypot(*(self._share(name, float(values[name])) for name in self.size))
 
     def smaller(self, settings: Mapping[str, Plain], share: float) -> dict[str, Plain]:
         """A disturbance whose sized settings are as much nearer to nothing: 1 leaves it, 0 takes it away."""
         found = dict(settings)
         for name, nothing in self.size.items():
             value = nothing + share * (float(settings[name]) - nothing)  # pyright: ignore[reportArgumentType]
-            found[name] = round(value) if isinstance(self.search[name], Integers) else value
+            found[name] = self.as_chosen(name, value)
         return found
+
+    def as_chosen(self, name: str, value: float) -> float | int:
+        """A value of a setting, in the form in which it is chosen: whole numbers are rounded."""
+        return round(value) if isinstance(self.search[name], Integers) else value
 
     def _share(self, name: str, value: float) -> float:
         choice: Uniform | Integers = self.search[name]
         nothing = self.size[name]
         return abs(value - nothing) / max(abs(end - nothing) for end in choice.ends)
 
-    def violated(self, row: Row) -> list[str] | None:
+    def violated(self, row: Row) -> tuple[str, ...] | None:
         """Names of the criteria that a drive violates; None if it does not say, as its process ended."""
         if row["outcome"] == RAISED:
-            return list(self.criteria)
-        if row["outcome"] != "done":
+            return tuple(self.criteria)
+        if row["outcome"] != DONE:
             return None
-        return [name for name, criterion in self.criteria.items() if criterion.why(row)]
+        return tuple(name for name, criterion in self.criteria.items() if criterion.why(row))
 
-    def worth(self, settings: Mapping[str, Plain], row: Row) -> float | None:
-        """What the search makes small: the size of a disturbance that violates something, and more for others.
+    def worth(self, settings: Mapping[str, Plain], row: Row, undisturbed: Row) -> float | None:
+        """What the search makes small: the size of a disturbance that violates something; more for others.
 
-        Of those, the nearer to a limit the better: how far the nearest one is, relative to the limit.
+        Of those, the farther on the way from where the drive without disturbance is to a limit, the better; of those
+        that are as far, the larger ones: where nothing is felt of small disturbances, a search has to leave these.
         """
         violated = self.violated(row)
         if violated is None:
             return None
         if violated:
             return self.size_of(settings)
-        return len(self.size) ** 0.5 + min(_distance(criterion, row) for criterion in self.criteria.values())
+        largest = len(self.size) ** 0.5
+        return largest + 1.0 - self.way(row, undisturbed) + LARGER * (largest - self.size_of(settings))
+
+    def way(self, row: Row, undisturbed: Row) -> float:
+        """How far a drive that meets all criteria is from the one without disturbance on the way to a limit, 1."""
+        return max(_way(criterion, row, undisturbed) for criterion in self.criteria.values())
 
 
-def _distance(criterion: Criterion, row: Row) -> float:
-    """How far a drive that meets a criterion is from its nearer limit, over the limit's magnitude or 1."""
-    value = criterion.value(row)
-    limits = [limit for limit in criterion.limits if isfinite(limit)]
-    if value is None:
-        return inf
-    return min(abs(value - limit) / (abs(limit) or 1.0) for limit in limits)
+def _way(criterion: Criterion, row: Row, undisturbed: Row) -> float:
+    """How far a drive that meets a criterion is on the way from another one to the nearer limit: 1 is there."""
+    value, before = criterion.value(row), criterion.value(undisturbed)
+    if value is None or before is None:
+        return 0.0
+    # A drive without disturbance that is at the limit already says nothing about how near another one is.
+    return max(((value - before) / (limit - before) if limit != before else 0.0) for limit in criterion.limits)

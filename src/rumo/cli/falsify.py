@@ -1,0 +1,48 @@
+"""`rumo falsify`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rumo.cli.campaign import Scheduler, Serial, Workers, tell_dashboard, write_report
+from rumo.cli.campaign_progress import campaign_progress
+from rumo.cli.console import Json, Quiet, errors_in_words
+from rumo.cli.sequence import end, incomplete
+
+
+def falsify(
+    file: Annotated[Path, typer.Argument(help="TOML file: what may disturb, what its size is, what it is to violate.")],
+    output: Annotated[
+        Path | None, typer.Option(help="Folder for rows, logs and report; named as the file if not given.")
+    ] = None,
+    scheduler: Scheduler = None,
+    jobs: Workers = None,
+    serial: Serial = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Look for the smallest disturbance that violates a criterion: gust, ice, dropout. Started again, it goes on."""
+    with errors_in_words():
+        from rumo.campaigns.conduct import engine_of
+        from rumo.campaigns.falsification.conduct import falsification_from, folder_of
+        from rumo.campaigns.falsification.falsify import carry_out_falsification
+        from rumo.campaigns.falsification.report import report
+        from rumo.campaigns.store import Store
+
+        wanted = falsification_from(file)
+        with (
+            Store(folder_of(file, output), wanted.identity) as store,
+            engine_of(scheduler, jobs, serial=serial) as engine,
+        ):
+            tell_dashboard(engine, quiet)
+            with campaign_progress(quiet) as tell:
+                falsified = carry_out_falsification(wanted, engine, store, tell)
+        found = report(falsified)
+        if falsified.stopped is not None:
+            done = f"{len(falsified.trials)} of {wanted.trials} trials are done, and started again it goes on"
+            found = incomplete(found, done, falsified.stopped)
+        write_report(found, falsified.folder, as_json=as_json, quiet=quiet)
+        end(falsified.stopped)
