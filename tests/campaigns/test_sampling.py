@@ -18,7 +18,7 @@ from rumo.campaigns.distributions import (
     Uniform,
     distribution_of,
 )
-from rumo.campaigns.sampling import Draws, Grid
+from rumo.campaigns.sampling import SAMPLINGS, Draws, Grid
 
 ORACLES = {
     Uniform(2.0, 5.0): stats.uniform(2.0, 3.0),
@@ -149,3 +149,16 @@ def test_what_is_no_distribution_is_refused(table, said):
 def test_what_is_no_grid_is_refused(table, said):
     with pytest.raises(rumo.ArgumentError, match=said):
         Grid.of(table)
+
+
+@pytest.mark.parametrize("sampling", SAMPLINGS)
+def test_each_point_of_a_grid_sees_all_of_a_distribution(sampling):
+    draws = Draws({"delay": Grid([1, 2, 3, 4]), "speed": Uniform(0.0, 1.0), "mass": Uniform(0.0, 1.0)}, 256, sampling)
+    for delay in (1, 2, 3, 4):
+        seen = [draws[i] for i in range(256) if draws[i]["delay"] == delay]
+        for name in ("speed", "mass"):
+            values = [each[name] for each in seen]
+            assert len(values) == 64
+            assert min(values) < 0.1
+            assert max(values) > 0.9
+            assert np.mean(values) == pytest.approx(0.5, abs=0.1)

@@ -180,7 +180,7 @@ HOSTILE = [
     ("[6.0, 8.0]", "7.0", r"line 16: vary\.speed: got 7.0, .*belongs to \[scenario\]"),
     ("[6.0, 8.0]", "[6.0, -8.0]", r"line 16: vary\.speed: got -8.0, expected a number above 0"),
     ("[6.0, 8.0]", '[6.0, "fast"]', r"line 16: vary\.speed: got 'fast', expected a number above 0"),
-    ("std = 20.0", "std = 200.0", r"line 17: vary\.mass: got -.*expected a number above 0. Give the distribution ends"),
+    ("std = 20.0", "std = 900.0", r"line 17: vary\.mass: got -.*expected a number above 0. Give the distribution ends"),
     ("std = 20.0", "std = 20.0, low = -1.0", r"line 17: vary\.mass: got -1.0, expected a number above 0"),
     (", std = 20.0", "", r"line 17: vary\.mass\.std: got nothing"),
     ("speed = [6.0", "x.p_z = [6.0", r"report\.heat_map: got 'speed', expected one of seed, x\.p_z"),

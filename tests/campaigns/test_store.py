@@ -220,7 +220,8 @@ def test_what_a_killed_writer_has_left_is_removed(folder):
 
 def test_what_may_change_is_what_the_folder_says_from_then_on(folder):
     for runs in (3, 5):
-        with Store(folder, {**SPECIFICATION, "runs": runs}, {"name": "a"}):
+        with Store(folder, {**SPECIFICATION, "runs": runs}, {"name": "a"}) as store:
+            store.describe()
             assert read_head(folder)["specification"]["runs"] == runs
     with pytest.raises(rumo.ArgumentError, match="another name"):
         Store(folder, SPECIFICATION, {"name": "b"})

@@ -81,9 +81,7 @@ def campaign(
     folder = folder_of(what) if output is None else Path(output)
     with Store(folder, wanted.plain, wanted.identity) as store, engine_of(scheduler, jobs, serial=serial) as engine:
         conduct(wanted, engine, store, progress, yes=yes, retry_failed=retry_failed)
-    from rumo.campaigns.store import read_rows
-
-    return read_rows(folder)
+    return read_results(folder).rows
 
 
 def campaign_from(what: Campaign | str | Path) -> Campaign:
@@ -137,6 +135,7 @@ def conduct(
         pilots = [task for _, task in zip(range(PILOTS * len(wanted.controllers)), tasks, strict=False)]
         carry_out(WORK, wanted.common, pilots, engine, store)
         _require_short(wanted, engine, store)
+    store.describe()
     carry_out(WORK, wanted.common, tasks, engine, store, tell, retry_failed=retry_failed)
     keep_worst(wanted, engine, store)
 

@@ -132,9 +132,9 @@ def _cast(table: Any, schema: Any, kinds: dict[str, Kind]) -> Any:
 def _chosen(keys: list[str], outcomes: list[str]) -> list[int]:
     """Which rows count, of each key one."""
     best: dict[str, int] = {}
-    for i, (key, outcome) in enumerate(zip(keys, outcomes, strict=True)):
+    for i, key in enumerate(keys):
         before = best.get(key)
-        if before is None or (outcome == DONE and outcomes[before] != DONE):
+        if before is None or outcomes[before] != DONE:  # of those that failed, the last
             best[key] = i
     return sorted(best.values())
 

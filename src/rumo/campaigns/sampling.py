@@ -93,7 +93,8 @@ class Draws:
     """Values of what varies, draw by draw.
 
     The points of all grids' product are taken in turn, the last grid's values fastest, and again from the first one
-    when there are more draws; what has a distribution is spread over all draws, whatever the grids.
+    when there are more draws. Each time, all of them get the same values of what has a distribution: low bits of an
+    index decide high digits of a Sobol point, so that points taken in turn would each see a part of it only.
 
     Parameters
     ----------
@@ -129,20 +130,20 @@ class Draws:
 
     @cached_property
     def _shares(self) -> Array:
-        """Points in the unit cube (runs, distributions)."""
-        count = len(self.distributions)
+        """Points in the unit cube (turns, distributions), one for each time that all points of the grids are driven."""
+        count, turns = len(self.distributions), -(-self.runs // self.points)
         rng = np.random.default_rng(self.seed)
         if not count:
-            return np.empty((self.runs, 0))
+            return np.empty((turns, 0))
         if self.sampling == "random":
-            return rng.random((self.runs, count))
+            return rng.random((turns, count))
         from scipy.stats import qmc  # takes longer to import than all the rest
 
         if self.sampling == "sobol":
-            power = int(np.ceil(np.log2(max(self.runs, 2))))  # Sobol's points are even in powers of two
-            points = _seeded(qmc.Sobol, count, rng).random_base2(power)[: self.runs]
+            power = int(np.ceil(np.log2(max(turns, 2))))  # Sobol's points are even in powers of two
+            points = _seeded(qmc.Sobol, count, rng).random_base2(power)[:turns]
         else:
-            points = _seeded(qmc.LatinHypercube, count, rng).random(self.runs)
+            points = _seeded(qmc.LatinHypercube, count, rng).random(turns)
         # Of distributions without ends, 0 would be infinitely far out.
         return np.clip(points, 0.5**53, 1.0 - 0.5**53)
 
@@ -158,8 +159,8 @@ class Draws:
         """Settings of a draw, counted from 0, in the order in which they were given."""
         if not 0 <= draw < self.runs:
             raise IndexError(draw)
-        found: dict[str, Plain] = {name: values[draw] for name, values in self._values.items()}
-        place = draw % self.points
+        turn, place = divmod(draw, self.points)
+        found: dict[str, Plain] = {name: values[turn] for name, values in self._values.items()}
         for name, grid in reversed(self.grids.items()):
             place, i = divmod(place, len(grid.values))
             found[name] = grid.values[i]

@@ -193,6 +193,7 @@ class Campaign:
         """What all tasks have in common, plain data: what `rumo.campaigns.work.run` is called with."""
         return {
             "recipe": self.recipe.plain,
+            "identity": self.recipe.identity,
             "first": self.settings(0),
             "controllers": list(self.controllers),
             "kpis": list(self.kpis or ()),
@@ -248,7 +249,7 @@ class Campaign:
         plain = self.plain
         free = () if self.sampling == "latin-hypercube" else ("runs",)
         settings = {name: value for name, value in plain["campaign"].items() if name not in (*ADJUSTABLE, *free)}
-        return {"campaign": settings, "scenario": plain["scenario"], "vary": plain["vary"]}
+        return {"campaign": settings, "scenario": self.recipe.identity, "vary": plain["vary"]}
 
     @cached_property
     def _identity(self) -> dict[str, Any]:
@@ -258,7 +259,7 @@ class Campaign:
     def task(self, draw: int, controller: str, further: Mapping[str, Plain] | None = None) -> dict[str, Any]:
         """A run, perhaps with further settings: its key is the hash of all that decides its row."""
         settings = {**(further or {}), **self.settings(draw)}
-        content = self._identity | {"settings": settings, "controller": controller}
+        content = self._identity | {"settings": settings, "controller": controller, "draw": draw}
         key = hashlib.sha256(canonical(content).encode()).hexdigest()[:16]
         return {"key": key, "draw": draw, "controller": controller, "settings": settings}
 

@@ -81,8 +81,9 @@ class Store:
                     "one that says what they are",
                     "Name another folder.",
                 )
-            text = json.dumps(head, indent=2, sort_keys=True) + "\n"
-            write_whole(self.folder / HEAD, lambda place: place.write_text(text, encoding="utf-8"), durable=True)
+            self._head = head
+            if not (self.folder / HEAD).exists():
+                self.describe()
             remove_temporaries(self._rows)
             parts = parts_in(self._rows)
             self._logs = len([*(self.folder / LOGS).glob("*.nc")])
@@ -98,6 +99,15 @@ class Store:
     @property
     def _rows(self) -> Path:
         return self.folder / ROWS
+
+    def describe(self) -> None:
+        """Have the folder say what the campaign is now, in what may change from one start to the next."""
+        text = json.dumps(self._head, indent=2, sort_keys=True) + "\n"
+
+        def write() -> None:
+            write_whole(self.folder / HEAD, lambda place: place.write_text(text, encoding="utf-8"), durable=True)
+
+        self._guarded(write)
 
     def keys(self, *, failed: bool = True) -> set[str]:
         """Of the rows that are stored; on demand only of those whose runs came to their end."""

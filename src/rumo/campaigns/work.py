@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from rumo.campaigns.columns import KPI, RUN, STATUS
 from rumo.campaigns.criteria import Criterion
 from rumo.controllers import Controller
+from rumo.errors import ArgumentError
 from rumo.scenarios import Recipe
 from rumo.simulation import Scenario, save
 from rumo.studies.base import shared_controller
@@ -89,8 +90,18 @@ def run(common: Mapping[str, Any], task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def task_run(common: Mapping[str, Any], task: Mapping[str, Any]) -> Any:
-    """The run of a task, before it is run."""
-    return Recipe.of(common["recipe"]).with_settings({**task["settings"], CONTROLLER: task["controller"]}).run()
+    """The run of a task, before it is run.
+
+    Raises
+    ------
+    ArgumentError
+        If a file that decides it is not what it was when the campaign began: its key says what it was.
+    """
+    recipe = Recipe.of(common["recipe"])
+    if common.get("identity", recipe.identity) != recipe.identity:
+        got = f"{recipe.base}, of which a file has changed since the campaign began, or is another one here"
+        raise ArgumentError("scenario", got, "the files that it began with", "Start it again, in another folder.")
+    return recipe.with_settings({**task["settings"], CONTROLLER: task["controller"]}).run()
 
 
 def scenario_of(run: Any) -> Scenario | None:
