@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -11,7 +12,8 @@ import pytest
 from typer.testing import CliRunner
 
 import rumo
-from rumo.campaigns import conduct
+from rumo.campaigns import pilots
+from rumo.campaigns.criteria import Criterion
 from rumo.campaigns.kept import read_results
 from rumo.campaigns.store import Store, read_rows
 from rumo.cli.app import app
@@ -121,6 +123,20 @@ def test_what_cannot_work_is_an_error_before_any_drive(file, tmp_path, old, new,
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    ("kpi", "part"),
+    [
+        ("input_variation_per_s.torqe", "one of input_variation_per_s.steering_rate, input_variation_per_s.torque"),
+        ("input_variation_per_s", "one of input_variation_per_s.steering_rate, input_variation_per_s.torque"),
+        ("fallbacks.x", "fallbacks, which has no parts"),
+    ],
+)
+def test_a_criterion_of_what_the_first_runs_do_not_know(rows, kpi, part):
+    criterion = Criterion("calm", kpi, at_most=1.0)
+    with pytest.raises(rumo.ArgumentError, match=re.escape(part)):
+        pilots.require_known([criterion], rows)
+
+
 def test_a_scheduler_that_is_not_there(file, tmp_path):
     result = runner.invoke(
         app, ["campaign", str(file), "--output", str(tmp_path / "out"), "--scheduler", "tcp://127.0.0.1:1"]
@@ -143,7 +159,7 @@ def test_what_takes_longer_than_an_hour_has_to_be_meant(file, tmp_path):
     assert result.exit_code == 2, said
     assert "runs: got 6000000, which would take about" in said
     assert "--yes" in said
-    assert len(read_rows(folder)) == conduct.PILOTS  # those that were timed
+    assert len(read_rows(folder)) == pilots.DRAWS  # those that were timed
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is no signal to a process there")
@@ -159,5 +175,5 @@ def test_ctrl_c_keeps_what_is_done_and_the_next_start_goes_on(rows, file, tmp_pa
     if process.returncode != 0:  # else it was done before
         assert process.returncode == 130, output
         assert "Incomplete" in output
-        assert len(read_rows(folder)) >= conduct.PILOTS
+        assert len(read_rows(folder)) >= pilots.DRAWS
     assert lasting(rumo.campaign(file, folder, serial=True)).equals(lasting(rows))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rumo.campaigns.criteria import Criterion
-from rumo.campaigns.work import STEP_TIMES, TIMES
+from rumo.campaigns.work import COUNTS, STEP_TIMES, TIMES
 from rumo.checks import as_mapping
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.studies.kpis import KPIS
@@ -28,6 +28,10 @@ def kpi_key(key: object, argument: str) -> str:
     """Key by which rows have a figure of merit, from its name or key, which may have a part."""
     name = kpi_name(key, argument)
     head, _, part = str(key).partition(".")
+    if name == COUNTS:
+        raise ArgumentError(
+            argument, repr(key), "a figure of merit with a limit", "Fallbacks are counted by fallbacks."
+        )
     if name in TIMES and head not in OTHER_KEYS:
         raise UnknownNameError(argument, key, OTHER_KEYS)
     head = head if head in OTHER_KEYS else KPIS[name].key

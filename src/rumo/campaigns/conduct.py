@@ -5,29 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from rumo.campaigns.carrying_out import carry_out
 from rumo.campaigns.engines import DaskEngine, SerialEngine
 from rumo.campaigns.kept import read_results
-from rumo.campaigns.rows import DONE
+from rumo.campaigns.pilots import pilots, require_known, require_short
 from rumo.campaigns.specification import Campaign
-from rumo.campaigns.standing import Standing, in_words
+from rumo.campaigns.standing import Standing
 from rumo.campaigns.store import Store
 from rumo.campaigns.summary import worst
 from rumo.campaigns.task import Engine
+from rumo.campaigns.work import WORK
 from rumo.checks import checked
 from rumo.errors import ArgumentError
 
 if TYPE_CHECKING:
     import pandas as pd
-
-WORK = "rumo.campaigns.work:run"
-PILOTS = 2
-"""Draws that are driven first, by each controller, to know how long all will take: the first one sets up as well."""
-MOST_HOURS = 1.0
-"""Estimates above this have to be agreed to."""
 
 
 def campaign(
@@ -126,37 +120,19 @@ def conduct(
     Raises
     ------
     ArgumentError
-        If it would take longer than an hour, and `yes` is not said.
+        If a criterion asks for a part of a figure that there is not, or all would take longer than an hour, and `yes`
+        is not said. The first runs are kept.
     CampaignError
         See `carry_out`.
     """
-    tasks = wanted.tasks
-    if not yes and len(tasks) > PILOTS * len(wanted.controllers):
-        pilots = [task for _, task in zip(range(PILOTS * len(wanted.controllers)), tasks, strict=False)]
-        carry_out(WORK, wanted.common, pilots, engine, store)
-        _require_short(wanted, engine, store)
-    store.describe()
-    carry_out(WORK, wanted.common, tasks, engine, store, tell, retry_failed=retry_failed)
-    keep_worst(wanted, engine, store)
-
-
-def _require_short(wanted: Campaign, engine: Engine, store: Store) -> None:
-    """Raise where all runs take longer than an hour by what the first ones took, less what is done."""
+    carry_out(WORK, wanted.common, pilots(wanted), engine, store)
     rows = store.rows()
-    seconds = 0.0
-    for _, driven in rows.groupby("controller"):
-        finished = driven[driven["outcome"] == DONE]
-        times = sorted((finished if len(finished) else driven)["run.wall_time_s"].tolist())
-        # The first run of a process sets up what the others share.
-        seconds += median(times[: max(1, len(times) // 2)]) * (len(wanted.draws) - len(driven))
-    hours = seconds / engine.workers / 3600.0
-    if hours > MOST_HOURS:
-        raise ArgumentError(
-            "runs",
-            f"{len(wanted.draws)}, which would take about {in_words(3600.0 * hours)} with {engine.workers} at a time",
-            f"at most {in_words(3600.0 * MOST_HOURS)}",
-            "If it is meant, say --yes (from Python yes=True); the runs that were timed are kept.",
-        )
+    require_known(wanted.criteria.values(), rows)
+    if not yes:
+        require_short(wanted, rows, engine.workers)
+    store.describe()
+    carry_out(WORK, wanted.common, wanted.tasks, engine, store, tell, retry_failed=retry_failed)
+    keep_worst(wanted, engine, store)
 
 
 def keep_worst(wanted: Campaign, engine: Engine, store: Store) -> None:

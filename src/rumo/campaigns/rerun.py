@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,11 +18,12 @@ from rumo.campaigns.report.words import settings_words
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.store import read_head, read_rows
 from rumo.campaigns.summary import plain
-from rumo.campaigns.work import figures, logged, scenario_of, task_run
+from rumo.campaigns.supervised import Supervised
+from rumo.campaigns.work import WORK
 from rumo.errors import ArgumentError
 from rumo.report.contents import Beside, Item, Report, Section
 from rumo.report.tables import Table, number
-from rumo.studies.base import shared_controller
+from rumo.simulation.log import load
 from rumo.studies.looks import label
 
 if TYPE_CHECKING:
@@ -66,7 +68,7 @@ class Rerun:
 
 
 def rerun(folder: str | Path, key: str) -> Rerun:
-    """Make a run of a campaign again, in this process.
+    """Make a run of a campaign again, in a process that may crash or hang as that of the campaign did.
 
     Parameters
     ----------
@@ -97,18 +99,19 @@ def rerun(folder: str | Path, key: str) -> Rerun:
             "a run of which nothing has changed",
             f"It was made by Rumo {before.get('run.rumo')}; that version, and the files as they were, repeat it.",
         )
-    made = task_run(campaign.common, task)
-    scenario = scenario_of(made)
-    controller = None if scenario is None else shared_controller(scenario)
-    row: dict[str, Any] = {"outcome": "raised", "ended": None}
-    log, error = None, None
-    try:
-        log = logged(made, controller)
-        row = {"outcome": "done", "ended": log.attrs.get("ended"), **figures(made, log, campaign.common["kpis"])}
-    except Exception as raised:  # as in the campaign, that is what came of the run
-        log, error = getattr(raised, "log", log), f"{type(raised).__name__}: {raised}"
-    criteria = tuple(campaign.criteria.values())
-    return Rerun(task["key"], task["controller"], task["draw"], task["settings"], log, error, row, before, criteria)
+    logged: Any = {**task, "log": True}
+    with Supervised(WORK, campaign.common) as process:
+        row = process.run(logged)
+    log, criteria = row.pop("log", None), tuple(campaign.criteria.values())
+    decided = task["key"], task["controller"], task["draw"], task["settings"]
+    return Rerun(*decided, None if log is None else _loaded(log), row["error"], row, before, criteria)
+
+
+def _loaded(log: bytes) -> xr.Dataset:
+    with TemporaryDirectory() as folder:
+        place = Path(folder) / "log.nc"
+        place.write_bytes(log)
+        return load(place)
 
 
 def _campaign_of(specification: Mapping[str, Any], before: Mapping[str, Any]) -> tuple[Campaign, dict[str, Any]]:

@@ -11,10 +11,9 @@ from rumo.campaigns.rows import DONE
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.store import Store
 from rumo.campaigns.task import Engine, Row
+from rumo.campaigns.work import WORK
 from rumo.interrupts import interruptible
 from rumo.scenarios import Plain
-
-WORK = "rumo.campaigns.work:run"
 
 
 class Rounds:

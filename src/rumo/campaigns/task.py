@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Mapping
-from typing import Any, Protocol, TypedDict
+from typing import Any, NotRequired, Protocol, TypedDict
 
 Plain = bool | int | float | str | list[Any] | dict[str, Any] | None
 """What a setting may be: data that JSON keeps."""
@@ -13,12 +13,16 @@ Row = dict[str, Any]
 
 
 class Task(TypedDict):
-    """One run: `key` is the hash of all that it depends on; tasks of one `draw` differ by `controller` alone."""
+    """One run: `key` is the hash of all that it depends on; tasks of one `draw` differ by `controller` alone.
+
+    `log` says that the row shall bring the run's log, whatever came of it.
+    """
 
     key: str
     draw: int
     controller: str
     settings: Mapping[str, Plain]
+    log: NotRequired[bool]
 
 
 class Engine(Protocol):

@@ -1,0 +1,69 @@
+"""What the first runs of a campaign say of all: how long they take, and whether they can be judged as is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import islice
+from math import isfinite
+from statistics import median
+from typing import Any
+
+from rumo.campaigns.columns import KPI, RUN, column_of, done, key_of
+from rumo.campaigns.criteria import Criterion
+from rumo.campaigns.specification import Campaign
+from rumo.campaigns.standing import in_words
+from rumo.errors import ArgumentError
+
+DRAWS = 2
+"""Draws that are driven first, by each controller: the first one sets up what the others share."""
+MOST_SECONDS = 3600.0
+"""Estimates above this have to be agreed to."""
+
+
+def pilots(campaign: Campaign) -> list[Any]:
+    """The first tasks."""
+    return [*islice(campaign.tasks, DRAWS * len(campaign.controllers))]
+
+
+def require_short(campaign: Campaign, rows: Any, workers: int) -> None:
+    """Raise where all runs take longer than an hour by those that are done.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Whose runs.
+    rows : pandas.DataFrame
+        Of those that are done.
+    workers : int
+        How many runs are made at the same time.
+    """
+    seconds = 0.0
+    for name in campaign.controllers:
+        driven = rows[rows["controller"] == name]
+        ended = driven[done(driven)]
+        times = [time for time in (ended if len(ended) else driven)["run.wall_time_s"] if isfinite(time)]
+        if times:
+            each = min(times) if len(times) <= DRAWS else median(times)
+            seconds += each * max(len(campaign.draws) - len(driven), 0) / workers
+    if seconds > MOST_SECONDS:
+        raise ArgumentError(
+            "runs",
+            f"{len(campaign.draws)}, which would take about {in_words(seconds)} with {workers} at a time",
+            f"at most {in_words(MOST_SECONDS)}",
+            "If it is meant, say --yes (from Python yes=True); the runs that were timed are kept.",
+        )
+
+
+def require_known(criteria: Iterable[Criterion], rows: Any) -> None:
+    """Raise for a criterion of a part that figures of merit do not have, or without one that they do."""
+    ended = rows[done(rows)]
+    known = [name for name in ended.columns if name.startswith((KPI, RUN)) and ended[name].notna().any()]
+    for criterion in criteria:
+        if column_of(criterion.kpi, known) is not None:
+            continue
+        head, _, part = criterion.kpi.partition(".")
+        parts = [key_of(name) for name in known if key_of(name).startswith(f"{head}.")]
+        if parts:
+            raise ArgumentError(f"criteria.{criterion.name}.kpi", repr(criterion.kpi), f"one of {', '.join(parts)}")
+        if part and column_of(head, known) is not None:
+            raise ArgumentError(f"criteria.{criterion.name}.kpi", repr(criterion.kpi), f"{head}, which has no parts")
