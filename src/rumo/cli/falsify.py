@@ -24,7 +24,7 @@ def falsify(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Look for the smallest disturbance that violates a criterion: gust, ice, dropout. Started again, it goes on."""
+    """Look for the smallest disturbance that is too much. Gust, ice or dropout; started again, it goes on."""
     with errors_in_words():
         from rumo.campaigns.conduct import engine_of
         from rumo.campaigns.falsification.conduct import falsification_from, folder_of

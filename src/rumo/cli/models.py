@@ -12,7 +12,7 @@ Names = Annotated[bool, typer.Option("--quiet", "-q", help="Print names only.")]
 
 
 def models(as_json: Json = False, quiet: Names = False) -> None:
-    """List the models that come with Rumo, with their signals and units."""
+    """List the models that come with Rumo. With their signals and units."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
