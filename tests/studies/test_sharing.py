@@ -110,3 +110,11 @@ def test_what_a_run_has_left_behind_is_gone():
     controller.update(weights={"angle": 99.0})
     controller.configure(gate=None)
     assert same(scenario) is controller
+
+
+def test_a_backend_by_the_environment_is_another_controller(monkeypatch):
+    kinds = []
+    for backend in ("portable", "reference", "portable"):
+        monkeypatch.setenv("RUMO_BACKEND", backend)
+        kinds.append(shared_controller(swing()).backend)
+    assert kinds == ["portable", "reference", "portable"]

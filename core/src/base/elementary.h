@@ -75,8 +75,8 @@ static inline double arctangent(double x) {
 }
 
 /* fmax and fmin, which are calls: the other one where one is no number. */
-static inline double maximum(double a, double b) { return (a < b) | (a != a) ? b : a; }
+static inline double maximum(double a, double b) { return ((a < b) | (a != a)) ? b : a; }
 
-static inline double minimum(double a, double b) { return (b < a) | (a != a) ? b : a; }
+static inline double minimum(double a, double b) { return ((b < a) | (a != a)) ? b : a; }
 
 #endif

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import pickle
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
@@ -64,7 +65,8 @@ class _Wanted:
     @classmethod
     def of(cls, scenario: Scenario) -> _Wanted:
         made, changes = _parted(scenario)
-        wanted = (scenario.controller, scenario.discretization, scenario.backend, made)
+        backend = scenario.backend or os.environ.get("RUMO_BACKEND")
+        wanted = (scenario.controller, scenario.discretization, backend, made)
         return cls(scenario, (get_ident(), _kind_of(scenario.problem), *wanted), changes)
 
 
