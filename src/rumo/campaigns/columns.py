@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rumo.campaigns.rows import DONE
 from rumo.studies.kpis import KPIS, Driven, Kpi
 from rumo.studies.kpis.base import Value
 
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 KPI, SETTING, STATUS, RUN = "kpi.", "setting.", "status.", "run."
 """With which names of columns begin: figures of merit, settings of a draw, counts of statuses, and what differs from
 one time to the next."""
-DONE = "done"
-"""The outcome of a run that came to its end."""
 SEED = "seed"
 """The last part of names of settings that number what happens by chance, and do not measure anything."""
 

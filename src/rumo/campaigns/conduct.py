@@ -72,7 +72,7 @@ def campaign(
         If no more runs can be carried out, or stored. What is stored stays.
     """
     wanted = campaign_from(what)
-    folder = folder_of(what) if output is None else Path(output)
+    folder = folder_of(what, output)
     with Store(folder, wanted.plain, wanted.identity) as store, engine_of(scheduler, jobs, serial=serial) as engine:
         conduct(wanted, engine, store, progress, yes=yes, retry_failed=retry_failed)
     return read_results(folder).rows
@@ -86,9 +86,11 @@ def campaign_from(what: Campaign | str | Path) -> Campaign:
     return what
 
 
-def folder_of(what: Any) -> Path:
-    """Where rows go if nobody says where."""
-    return Path(Path(what).stem) if isinstance(what, str | Path) else Path("campaign")
+def folder_of(what: Any, output: str | Path | None, usual: str = "campaign") -> Path:
+    """Where rows go: where it is said, else in a folder named as the file, else in the usual one."""
+    if output is not None:
+        return Path(output)
+    return Path(Path(what).stem) if isinstance(what, str | Path) else Path(usual)
 
 
 def engine_of(scheduler: str | None, jobs: int | None, *, serial: bool = False) -> DaskEngine | SerialEngine:

@@ -7,12 +7,30 @@ from typing import Any
 
 from rumo.campaigns.distributions import Choice, Distribution, Integers, LogUniform, Uniform
 from rumo.campaigns.samplers import CMA_ES
-from rumo.campaigns.sampling import Grid
-from rumo.errors import ArgumentError
+from rumo.campaigns.sampling import Grid, as_varied
+from rumo.checks import as_mapping, positive_number, whole_number
+from rumo.errors import ArgumentError, UnknownNameError
+from rumo.registry import CONTROLLERS
 from rumo.scenarios.settings import LEAVES
 
 SEARCHED = (Uniform, Integers, Choice, Grid)
 """What can be searched; LogUniform is Uniform."""
+
+
+def checked_search(told: Any, samplers: Sequence[str]) -> dict[str, Distribution | Grid]:
+    """What may be chosen; raises unless it can be searched as is told, by one of some samplers."""
+    for name in ("trials", "batch"):
+        whole_number(getattr(told, name), name, 1)
+    whole_number(told.seed, "seed", 0)
+    positive_number(told.timeout, "timeout")
+    for name, known in (("controller", CONTROLLERS), ("sampler", samplers)):
+        if getattr(told, name) not in known:
+            raise UnknownNameError(name, getattr(told, name), known)
+    search = {name: as_varied(value, f"search.{name}") for name, value in as_mapping(told.search, "search").items()}
+    if not search:
+        raise ArgumentError("search", "nothing", "at least one setting that may be chosen")
+    check_space(search, told.sampler)
+    return search
 
 
 def check_space(space: Mapping[str, Distribution | Grid], sampler: str = "tpe") -> None:

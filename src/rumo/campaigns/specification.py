@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,6 +15,8 @@ from rumo.campaigns.distributions import Distribution
 from rumo.campaigns.reading import campaign_arguments, errors_of
 from rumo.campaigns.rehearsal import rehearse
 from rumo.campaigns.sampling import SAMPLINGS, SEED, Draws, as_varied
+from rumo.campaigns.store import FORMAT
+from rumo.campaigns.task import canonical
 from rumo.campaigns.work import CONTROLLER, LOGS
 from rumo.checks import as_mapping, checked, known_names, positive_number, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
@@ -26,8 +27,6 @@ from rumo.scenarios.parts import parts_of
 from rumo.studies.kpis import KPIS
 from rumo.version import __version__
 
-FORMAT = 1
-"""Of keys and rows: others do not go together."""
 MOST_RUNS = 10_000_000
 APART = 1_000_000
 """Seeds of drives in two campaigns are so far apart as their seeds, times this."""
@@ -287,8 +286,3 @@ class Tasks(Collection[Any]):
 
     def __contains__(self, task: object) -> bool:
         return any(task == each for each in self)
-
-
-def canonical(content: Any) -> str:
-    """Plain data as a text, always the same."""
-    return json.dumps(content, sort_keys=True, separators=(",", ":"))

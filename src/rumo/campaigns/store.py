@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from rumo.campaigns.parts import ENDING, parts_in, read_parts, remove_temporaries, write_part, write_table
 from rumo.campaigns.rows import DONE
-from rumo.campaigns.task import Row
+from rumo.campaigns.task import Row, canonical
 from rumo.errors import ArgumentError, CampaignError, FileError
 from rumo.files import write_whole
 from rumo.locks import locked
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FORMAT = 1
+"""Of keys and rows: others do not go together."""
 HEAD, ROWS, LOGS, LOCK = "campaign.json", "rows", "logs", ".lock"
 PART = 100
 """Rows from which a part is written."""
@@ -245,13 +246,9 @@ def read_rows(folder: str | Path) -> pd.DataFrame:
 
 
 def _head(specification: Mapping[str, Any], identity: Mapping[str, Any]) -> dict[str, Any]:
-    digest = hashlib.sha256(_canonical(identity).encode()).hexdigest()
-    told = {"specification": json.loads(_canonical(specification)), "identity": json.loads(_canonical(identity))}
+    digest = hashlib.sha256(canonical(identity).encode()).hexdigest()
+    told = {"specification": json.loads(canonical(specification)), "identity": json.loads(canonical(identity))}
     return {"format": FORMAT, "rumo": __version__, "hash": digest, **told}
-
-
-def _canonical(data: Mapping[str, Any]) -> str:
-    return json.dumps(data, sort_keys=True, separators=(",", ":"))
 
 
 def _compare(found: Mapping[str, Any], wanted: Mapping[str, Any], folder: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Generator, Iterable, Mapping
 from typing import Any, NotRequired, Protocol, TypedDict
 
@@ -75,3 +76,8 @@ class Engine(Protocol):
     def close(self) -> None:
         """End all processes that this engine has started."""
         ...
+
+
+def canonical(content: Any) -> str:
+    """Plain data as a text, always the same."""
+    return json.dumps(content, sort_keys=True, separators=(",", ":"))

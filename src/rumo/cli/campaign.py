@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rumo.cli.campaign_progress import campaign_progress
-from rumo.cli.console import Json, Quiet, errors_in_words, print_json, print_lines, print_note, print_report, write_json
-from rumo.cli.sequence import end, incomplete
+from rumo.cli.console import Json, Quiet, errors_in_words, print_note
+from rumo.cli.sequence import end, incomplete, write_report
 
 if TYPE_CHECKING:
     from rumo.campaigns.engines import DaskEngine, SerialEngine
     from rumo.campaigns.results import Results
-    from rumo.report.contents import Report
 
 Scheduler = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler, tcp://host:8786; this machine's processes without.")
@@ -45,7 +44,7 @@ def campaign(
         from rumo.errors import CampaignError
 
         wanted = campaign_from(file)
-        folder = folder_of(file) if output is None else output
+        folder = folder_of(file, output)
         stopped: BaseException | None = None
         with Store(folder, wanted.plain, wanted.identity) as store, engine_of(scheduler, jobs, serial=serial) as engine:
             tell_dashboard(engine, quiet)
@@ -81,20 +80,3 @@ def _report(folder: Path, stopped: BaseException | None, *, as_json: bool, quiet
     if stopped is not None:
         found = incomplete(found, f"{len(results.rows)} of {results.asked} runs are done", stopped)
     write_report(found, folder, as_json=as_json, quiet=quiet)
-
-
-def write_report(report: Report, folder: Path, *, as_json: bool, quiet: bool) -> None:
-    """`summary.json` and `report.html`, and what the terminal shows of them."""
-    from math import inf
-
-    from rumo.interrupts import interruptible
-    from rumo.report.page import write_page
-
-    with interruptible(inf):
-        write_json(report.summary, folder / "summary.json")
-        write_page(folder / "report.html", report)
-    if as_json:
-        print_json(report.summary)
-    elif not quiet:
-        print_report(report)
-        print_lines(["", f"Report: {folder / 'report.html'}"])

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from rumo.cli.console import Json, Quiet, errors_in_words, print_json, print_lines, print_report, writable, write_json
+from rumo.cli.console import Json, Quiet, errors_in_words, writable
+from rumo.cli.sequence import write_report
 from rumo.errors import ArgumentError
-from rumo.interrupts import interruptible
-
-if TYPE_CHECKING:
-    from rumo.report.contents import Report
 
 HEAD = "campaign.json"
 
@@ -40,7 +37,7 @@ def compare(
             from rumo.campaigns.kept import read_results
 
             found = compare_campaigns(read_results(first), read_results(second), names)
-        _tell(found, writable(output), as_json=as_json, quiet=quiet)
+        write_report(found, writable(output), as_json=as_json, quiet=quiet)
 
 
 def rerun(
@@ -64,7 +61,7 @@ def rerun(
         place = writable(folder / f"rerun-{found.key}" if output is None else output)
         if found.log is not None:
             save(found.log, place / f"{found.key}.nc")
-        _tell(rerun_report(found), place, as_json=as_json, quiet=quiet)
+        write_report(rerun_report(found), place, as_json=as_json, quiet=quiet)
 
 
 def _is_log(path: Path) -> bool:
@@ -93,16 +90,3 @@ def _apart(output: Path) -> None:
     """A campaign has a report of its own."""
     if (output / HEAD).exists():
         raise ArgumentError("--output", f"'{output}', which is a campaign's", "another folder")
-
-
-def _tell(report: Report, folder: Path, *, as_json: bool, quiet: bool) -> None:
-    from rumo.report.page import write_page
-
-    with interruptible(0):
-        write_json(report.summary, folder / "summary.json")
-        write_page(folder / "report.html", report)
-    if as_json:
-        print_json(report.summary)
-    elif not quiet:
-        print_report(report)
-        print_lines(["", f"Report: {folder / 'report.html'}"])

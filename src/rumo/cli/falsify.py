@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from rumo.cli.campaign import Scheduler, Serial, Workers, tell_dashboard, write_report
+from rumo.cli.campaign import Scheduler, Serial, Workers, tell_dashboard
 from rumo.cli.campaign_progress import campaign_progress
 from rumo.cli.console import Json, Quiet, errors_in_words
-from rumo.cli.sequence import end, incomplete
+from rumo.cli.sequence import end, incomplete, write_report
 
 
 def falsify(
@@ -26,8 +26,8 @@ def falsify(
 ) -> None:
     """Look for the smallest disturbance that is too much. Gust, ice or dropout; started again, it goes on."""
     with errors_in_words():
-        from rumo.campaigns.conduct import engine_of
-        from rumo.campaigns.falsification.conduct import falsification_from, folder_of
+        from rumo.campaigns.conduct import engine_of, folder_of
+        from rumo.campaigns.falsification.conduct import falsification_from
         from rumo.campaigns.falsification.falsify import carry_out_falsification
         from rumo.campaigns.falsification.report import report
         from rumo.campaigns.store import Store

@@ -56,11 +56,7 @@ def run_study(
         except KeyboardInterrupt as interrupt:
             stopped = stopped or interrupt
             report = _write(study, results, stopped, folder)
-    if as_json:
-        print_json(report.summary)
-    elif not quiet:
-        print_report(report)
-        print_lines(["", f"Report: {folder / 'report.html'}"])
+    tell_report(report, folder, as_json=as_json, quiet=quiet)
     end(stopped)
 
 
@@ -71,6 +67,30 @@ def incomplete(report: Report, done: str, stopped: BaseException) -> Report:
         reason = "interrupted"
     warning = f"Incomplete: {done}, then: {reason.removesuffix('.')}."
     return replace(report, summary={**report.summary, "complete": False}, warning=warning)
+
+
+def write_report(report: Report, folder: Path, *, as_json: bool, quiet: bool) -> None:
+    """`summary.json` and `report.html`, and what the terminal shows of them."""
+    _write_pages(report, folder)
+    tell_report(report, folder, as_json=as_json, quiet=quiet)
+
+
+def tell_report(report: Report, folder: Path, *, as_json: bool, quiet: bool) -> None:
+    """What the terminal shows of a report that is written."""
+    if as_json:
+        print_json(report.summary)
+    elif not quiet:
+        print_report(report)
+        print_lines(["", f"Report: {folder / 'report.html'}"])
+
+
+def _write_pages(report: Report, folder: Path) -> None:
+    """Summary and page, which Ctrl-C does not keep from being written."""
+    from rumo.report.page import write_page
+
+    with interruptible(inf):
+        write_json(report.summary, folder / "summary.json")
+        write_page(folder / "report.html", report)
 
 
 def end(stopped: BaseException | None) -> None:
@@ -138,7 +158,6 @@ def _clear(folder: Path, *, logs: bool) -> None:
 
 def _write(study: Study, results: dict[Key, Any], stopped: BaseException | None, folder: Path) -> Report:
     """Summary and page, which a second Ctrl-C does not keep from being written."""
-    from rumo.report.page import write_page
     from rumo.studies.base import nested
 
     with interruptible(inf):
@@ -146,8 +165,7 @@ def _write(study: Study, results: dict[Key, Any], stopped: BaseException | None,
         if stopped is not None:
             done = sum(getattr(result, "attrs", {}).get("complete") != "no" for result in results.values())
             report = incomplete(report, f"{done} of {len(study.runs())} runs were done", stopped)
-        write_json(report.summary, folder / "summary.json")
-        write_page(folder / "report.html", report)
+        _write_pages(report, folder)
     return report
 
 

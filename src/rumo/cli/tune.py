@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rumo.campaigns.standing import Searching, Standing
-from rumo.cli.campaign import Scheduler, Serial, Workers, tell_dashboard, write_report
+from rumo.cli.campaign import Scheduler, Serial, Workers, tell_dashboard
 from rumo.cli.campaign_progress import campaign_progress
 from rumo.cli.console import Json, Quiet, errors_in_words
-from rumo.cli.sequence import end, incomplete
+from rumo.cli.sequence import end, incomplete, write_report
 
 if TYPE_CHECKING:
     from rumo.campaigns.search import Trial
@@ -34,8 +34,8 @@ def tune(
 ) -> None:
     """Look for better settings. Weights, horizon, filters, whatever a file names; started again, it goes on."""
     with errors_in_words():
-        from rumo.campaigns.conduct import engine_of
-        from rumo.campaigns.tuning.conduct import folder_of, tuning_from
+        from rumo.campaigns.conduct import engine_of, folder_of
+        from rumo.campaigns.tuning.conduct import tuning_from
         from rumo.campaigns.tuning.course import carry_out_tuning
         from rumo.campaigns.tuning.report import report
 

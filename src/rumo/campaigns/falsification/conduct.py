@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-from rumo.campaigns.conduct import engine_of
+from rumo.campaigns.conduct import engine_of, folder_of
 from rumo.campaigns.falsification.falsify import Falsified, carry_out_falsification
 from rumo.campaigns.falsification.reading import read_falsification, rehearse_falsification
 from rumo.campaigns.falsification.specification import Falsification
@@ -54,20 +53,13 @@ def falsify(
     """
     wanted = falsification_from(what)
     with (
-        Store(folder_of(what, output), wanted.identity) as store,
+        Store(folder_of(what, output, "falsify"), wanted.identity) as store,
         engine_of(scheduler, jobs, serial=serial) as engine,
     ):
         falsified = carry_out_falsification(wanted, engine, store, progress)
     if falsified.stopped is not None:
         raise falsified.stopped
     return falsified
-
-
-def folder_of(what: Any, output: str | Path | None) -> Path:
-    """Where rows go."""
-    if output is not None:
-        return Path(output)
-    return Path(Path(what).stem) if isinstance(what, str | Path) else Path("falsify")
 
 
 def falsification_from(what: Falsification | str | Path) -> Falsification:

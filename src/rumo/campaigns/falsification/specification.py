@@ -13,13 +13,11 @@ from rumo.campaigns.criteria import Criterion
 from rumo.campaigns.distributions import Integers, LogUniform, Uniform
 from rumo.campaigns.rows import DONE, RAISED
 from rumo.campaigns.samplers import SAMPLERS as ALL_SAMPLERS
-from rumo.campaigns.sampling import as_varied
-from rumo.campaigns.space import check_space, options_of
+from rumo.campaigns.space import checked_search, options_of
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.task import Row
-from rumo.checks import as_mapping, checked, finite_number, positive_number, whole_number
+from rumo.checks import as_mapping, checked, finite_number
 from rumo.errors import ArgumentError, UnknownNameError
-from rumo.registry import CONTROLLERS
 from rumo.scenarios import Plain, Recipe
 
 SAMPLERS = tuple(name for name in ALL_SAMPLERS if name != "nsga2")
@@ -75,18 +73,7 @@ class Falsification:
 
     def __post_init__(self) -> None:
         checked(self.recipe, "recipe", Recipe)
-        for name, value in (("trials", self.trials), ("batch", self.batch)):
-            whole_number(value, name, 1)
-        whole_number(self.seed, "seed", 0)
-        positive_number(self.timeout, "timeout")
-        if self.controller not in CONTROLLERS:
-            raise UnknownNameError("controller", self.controller, CONTROLLERS)
-        if self.sampler not in SAMPLERS:
-            raise UnknownNameError("sampler", self.sampler, SAMPLERS)
-        search = {name: as_varied(value, f"search.{name}") for name, value in as_mapping(self.search, "search").items()}
-        if not search:
-            raise ArgumentError("search", "nothing", "at least one setting that may be chosen")
-        check_space(search, self.sampler)
+        search = checked_search(self, SAMPLERS)
         size = as_mapping(self.size, "size")
         if not size:
             raise ArgumentError("size", "nothing", "at least one setting of search, and where there is no disturbance")

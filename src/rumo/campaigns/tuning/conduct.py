@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from rumo.campaigns.conduct import engine_of
+from rumo.campaigns.conduct import engine_of, folder_of
 from rumo.campaigns.trial_storage import optuna_for
 from rumo.campaigns.tuning.course import Tell, Tuned, carry_out_tuning
 from rumo.campaigns.tuning.reading import read_tuning, rehearsed
@@ -57,7 +57,7 @@ def tune(
     """
     wanted = tuning_from(what)
     with engine_of(scheduler, jobs, serial=serial) as engine:
-        tuned = carry_out_tuning(wanted, folder_of(what, output), engine, progress)
+        tuned = carry_out_tuning(wanted, folder_of(what, output, "tune"), engine, progress)
     if tuned.stopped is not None:
         raise tuned.stopped
     return tuned
@@ -67,10 +67,3 @@ def tuning_from(what: Any) -> Tuning:
     """A tuning, or that of a file, all of whose drives can begin."""
     optuna_for("a tuning")
     return read_tuning(what) if isinstance(what, str | Path) else rehearsed(checked(what, "what", Tuning))
-
-
-def folder_of(what: Any, output: str | Path | None) -> Path:
-    """Where rows and trials go."""
-    if output is not None:
-        return Path(output)
-    return Path(Path(what).stem) if isinstance(what, str | Path) else Path("tune")

@@ -13,9 +13,8 @@ import numpy as np
 
 from rumo.campaigns.rounds import Rounds
 from rumo.campaigns.search import Search, Trial
-from rumo.campaigns.specification import canonical
 from rumo.campaigns.store import Store
-from rumo.campaigns.task import Engine, Row
+from rumo.campaigns.task import Engine, Row, canonical
 from rumo.campaigns.tuning.goals import parts_known
 from rumo.campaigns.tuning.specification import Tuning
 from rumo.errors import CampaignError

@@ -12,14 +12,13 @@ from typing import Any
 from rumo.campaigns.asked import kpi_key
 from rumo.campaigns.samplers import SAMPLERS, SEVERAL
 from rumo.campaigns.sampling import SEED, Grid, as_varied
-from rumo.campaigns.space import check_space, options_of
+from rumo.campaigns.space import checked_search, options_of
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.trial_storage import is_url
 from rumo.campaigns.tuning.goals import Goal, Limit, Objective, goals_of
 from rumo.campaigns.work import CONTROLLER
-from rumo.checks import as_mapping, checked, positive_number, whole_number
-from rumo.errors import ArgumentError, UnknownNameError
-from rumo.registry import CONTROLLERS
+from rumo.checks import as_mapping, checked
+from rumo.errors import ArgumentError
 from rumo.scenarios import Plain, Recipe
 from rumo.scenarios.settings import settings_of
 
@@ -103,20 +102,9 @@ class Tuning:
 
     def __post_init__(self) -> None:
         checked(self.recipe, "recipe", Recipe)
-        for name, value in (("trials", self.trials), ("batch", self.batch)):
-            whole_number(value, name, 1)
-        whole_number(self.seed, "seed", 0)
-        positive_number(self.timeout, "timeout")
-        if self.controller not in CONTROLLERS:
-            raise UnknownNameError("controller", self.controller, CONTROLLERS)
-        if self.sampler not in SAMPLERS:
-            raise UnknownNameError("sampler", self.sampler, SAMPLERS)
         if self.storage is not None and (not isinstance(self.storage, str) or not is_url(self.storage)):
             raise ArgumentError("storage", repr(self.storage), "the URL of a database: sqlite:///tune.db")
-        search = {name: as_varied(value, f"search.{name}") for name, value in as_mapping(self.search, "search").items()}
-        if not search:
-            raise ArgumentError("search", "nothing", "at least one setting that may be chosen")
-        check_space(search, self.sampler)
+        search = checked_search(self, SAMPLERS)
         over = as_mapping(self.over, "over")
         for name in over:
             if name in search:
