@@ -4,7 +4,7 @@ import pickle
 import tomllib
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import rumo
@@ -77,7 +77,8 @@ plain = st.recursive(
 )
 
 
-@settings(deadline=None)
+# Hypothesis makes its table of all characters at the first text, once on a machine: that draw is slow.
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.dictionaries(texts, plain, max_size=4))
 def test_what_is_written_is_toml(table):
     assert tomllib.loads(written({"scenario": table})) == {"scenario": table}
