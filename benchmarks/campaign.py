@@ -27,10 +27,10 @@ import psutil
 
 from rumo.campaigns.carrying_out import carry_out
 from rumo.campaigns.engines import DaskEngine
-from rumo.campaigns.process import THREADS
 from rumo.campaigns.standing import Standing
 from rumo.campaigns.store import Store
-from rumo.campaigns.task import Task
+from rumo.campaigns.tasks.process import THREADS
+from rumo.campaigns.tasks.task import Task
 
 ROUNDS = 5
 

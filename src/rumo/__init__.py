@@ -163,8 +163,8 @@ _ROOMS = (
     "simulation",
     "report.show",
     "scenarios",
-    "campaigns.specification",
     "campaigns.conduct",
+    "campaigns.specification",
     "campaigns.tuning",
     "campaigns.falsification",
 )

@@ -1,6 +1,6 @@
 """An engine that drives nothing: what a drive comes to is a function of its settings."""
 
-from rumo.campaigns.rows import Attempt, complete_row
+from rumo.campaigns.tasks.rows import Attempt, complete_row
 
 
 class FakeEngine:

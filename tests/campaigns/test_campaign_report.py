@@ -9,10 +9,10 @@ from campaign_rows import CLOSE, made_up
 from scipy.stats import spearmanr
 
 import rumo
-from rumo.campaigns.criteria import Criterion
+from rumo.campaigns.judging.criteria import Criterion
+from rumo.campaigns.judging.results import Results
+from rumo.campaigns.judging.summary import summary
 from rumo.campaigns.report import report
-from rumo.campaigns.results import Results
-from rumo.campaigns.summary import summary
 from rumo.report.charts import HeatMap, Panels
 from rumo.report.contents import Command, Folded
 from rumo.report.figures import draw

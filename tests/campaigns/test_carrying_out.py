@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from fake_work import Tasks, task
 
-import rumo.campaigns.parts
+import rumo.campaigns.store.parts
 from rumo.campaigns.carrying_out import carry_out
 from rumo.campaigns.engines import SerialEngine
 from rumo.campaigns.standing import Standing, in_words
@@ -97,10 +97,10 @@ def test_a_full_disk_ends_it_and_it_goes_on_later(tmp_path, monkeypatch):
     def write_whole(path, write, **options):
         raise OSError(28, "No space left on device", str(path))
 
-    monkeypatch.setattr("rumo.campaigns.store.PART", 3)
+    monkeypatch.setattr("rumo.campaigns.store.store.PART", 3)
     carried_out(tmp_path, Tasks(2))
     with monkeypatch.context() as patch:
-        patch.setattr(rumo.campaigns.parts, "write_whole", write_whole)
+        patch.setattr(rumo.campaigns.store.parts, "write_whole", write_whole)
         with pytest.raises(CampaignError, match="No space left on device"):
             carried_out(tmp_path, Tasks(20))
     assert len(read_rows(tmp_path)) == 2
@@ -109,7 +109,7 @@ def test_a_full_disk_ends_it_and_it_goes_on_later(tmp_path, monkeypatch):
 
 
 def test_rows_that_a_full_disk_has_kept_out_are_tried_once_more(tmp_path, monkeypatch):
-    write, calls = rumo.campaigns.parts.write_whole, []
+    write, calls = rumo.campaigns.store.parts.write_whole, []
 
     def write_whole(path, *arguments, **options):
         calls.append(path)
@@ -117,8 +117,8 @@ def test_rows_that_a_full_disk_has_kept_out_are_tried_once_more(tmp_path, monkey
             raise OSError(28, "No space left on device", str(path))
         return write(path, *arguments, **options)
 
-    monkeypatch.setattr("rumo.campaigns.store.PART", 3)
-    monkeypatch.setattr(rumo.campaigns.parts, "write_whole", write_whole)
+    monkeypatch.setattr("rumo.campaigns.store.store.PART", 3)
+    monkeypatch.setattr(rumo.campaigns.store.parts, "write_whole", write_whole)
     with pytest.raises(CampaignError, match="No space left on device"):
         carried_out(tmp_path, Tasks(20))
     assert len(read_rows(tmp_path)) == 3
@@ -133,8 +133,8 @@ from rumo.campaigns.engines import DaskEngine, SerialEngine
 from rumo.campaigns.store import Store
 
 folder, engine = Path(sys.argv[1]), sys.argv[2]
-import rumo.campaigns.store
-rumo.campaigns.store.PART = 5
+import rumo.campaigns.store.store
+rumo.campaigns.store.store.PART = 5
 chosen = SerialEngine() if engine == "serial" else DaskEngine(workers=2) if engine == "embedded" else DaskEngine(engine)
 common = MIXED | {"folder": str(folder)}
 tell = lambda standing: print(standing.done, flush=True)

@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 
 import rumo
 from rumo.campaigns.comparison import compare_campaigns, compare_drives
-from rumo.campaigns.criteria import Criterion
-from rumo.campaigns.results import Results
+from rumo.campaigns.judging.criteria import Criterion
+from rumo.campaigns.judging.results import Results
 from rumo.cli.app import app
 from rumo.report.page import figures_of, write_page
 from rumo.simulation import load, save

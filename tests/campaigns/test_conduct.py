@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 
 import rumo
 from rumo.campaigns import pilots
-from rumo.campaigns.criteria import Criterion
-from rumo.campaigns.kept import read_results
+from rumo.campaigns.judging.criteria import Criterion
+from rumo.campaigns.judging.kept import read_results
 from rumo.campaigns.store import Store, read_rows
 from rumo.cli.app import app
 

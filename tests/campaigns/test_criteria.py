@@ -5,7 +5,7 @@ import pytest
 from campaign_rows import CLOSE, made_up
 
 import rumo
-from rumo.campaigns.criteria import Criterion
+from rumo.campaigns.judging.criteria import Criterion
 
 CRITERION = Criterion("close", "tracking_error_max_after_2s_m", at_most=0.3)
 

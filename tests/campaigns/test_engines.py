@@ -15,8 +15,8 @@ from fake_work import MIXED, Tasks, mixed_tasks, task
 import rumo
 from rumo.campaigns.engines import DaskEngine, SerialEngine, on_worker
 from rumo.campaigns.engines.on_worker import Pool
-from rumo.campaigns.supervised import ClosedError
-from rumo.campaigns.task import Engine
+from rumo.campaigns.tasks.supervised import ClosedError
+from rumo.campaigns.tasks.task import Engine
 from rumo.errors import CampaignError
 
 psutil = pytest.importorskip("psutil")

@@ -7,10 +7,10 @@ from math import cos, exp, hypot, pi, sin
 import pytest
 from fake_drives import FakeEngine
 
-from rumo.campaigns.distributions import Integers, LogUniform, Uniform
 from rumo.campaigns.falsification import Falsification
 from rumo.campaigns.falsification.falsify import carry_out_falsification
 from rumo.campaigns.falsification.report import report
+from rumo.campaigns.specification.distributions import Integers, LogUniform, Uniform
 from rumo.campaigns.store import Store, read_rows
 from rumo.errors import ArgumentError, CampaignError
 from rumo.report.figures import write_figures

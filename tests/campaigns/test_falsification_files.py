@@ -6,9 +6,9 @@ import pytest
 from typer.testing import CliRunner
 
 import rumo
-from rumo.campaigns.distributions import Integers
 from rumo.campaigns.falsification import Falsification, falsify, read_falsification
 from rumo.campaigns.rerun import rerun
+from rumo.campaigns.specification.distributions import Integers
 from rumo.cli.app import app
 from rumo.errors import ArgumentError
 from rumo.scenarios import Recipe

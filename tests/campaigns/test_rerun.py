@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from rumo.campaigns import work
-from rumo.campaigns.kept import read_results
+from rumo.campaigns.judging.kept import read_results
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.store import Store
 from rumo.cli.app import app

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 import rumo
-from rumo.campaigns.distributions import (
+from rumo.campaigns.specification.distributions import (
     DISTRIBUTIONS,
     Choice,
     Integers,
@@ -18,7 +18,7 @@ from rumo.campaigns.distributions import (
     Uniform,
     distribution_of,
 )
-from rumo.campaigns.sampling import SAMPLINGS, Draws, Grid
+from rumo.campaigns.specification.sampling import SAMPLINGS, Draws, Grid
 
 ORACLES = {
     Uniform(2.0, 5.0): stats.uniform(2.0, 3.0),

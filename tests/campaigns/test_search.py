@@ -2,9 +2,9 @@
 
 import pytest
 
-from rumo.campaigns.distributions import Choice, Integers, LogUniform, Normal, Uniform
-from rumo.campaigns.sampling import Grid
-from rumo.campaigns.search import Search, Trial, not_beaten
+from rumo.campaigns.searching.search import Search, Trial, not_beaten
+from rumo.campaigns.specification.distributions import Choice, Integers, LogUniform, Normal, Uniform
+from rumo.campaigns.specification.sampling import Grid
 from rumo.errors import ArgumentError, CampaignError
 
 optuna = pytest.importorskip("optuna")

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import rumo
-from rumo.campaigns.criteria import Criterion
-from rumo.campaigns.distributions import Normal, Uniform
+from rumo.campaigns.judging.criteria import Criterion
 from rumo.campaigns.specification import Campaign
+from rumo.campaigns.specification.distributions import Normal, Uniform
 from rumo.scenarios import Recipe
 from rumo.studies.kpis import KPIS
 
@@ -111,7 +111,7 @@ def test_keys_are_of_all_that_decides_a_row(tmp_path, monkeypatch):
         key(kpis=("fallbacks",)),
         key(PAPER.with_settings({"speed": 9.0})),
     ]
-    monkeypatch.setattr("rumo.campaigns.specification.__version__", "0.0")
+    monkeypatch.setattr("rumo.campaigns.specification.campaign.__version__", "0.0")
     assert len({first, *others, key()}) == 7
 
 

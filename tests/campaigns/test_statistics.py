@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest, norm, spearmanr, t
 
-from rumo.campaigns.statistics import (
+from rumo.campaigns.judging.statistics import (
     difference_interval,
     discordance,
     mean_interval,

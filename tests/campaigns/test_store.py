@@ -13,9 +13,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import rumo
-import rumo.campaigns.parts
-from rumo.campaigns.kinds import common_kind, converted, in_order, kind_of
-from rumo.campaigns.store import LOCK, PART, Store, read_head, read_rows
+import rumo.campaigns.store.parts
+from rumo.campaigns.store.kinds import common_kind, converted, in_order, kind_of
+from rumo.campaigns.store.store import LOCK, PART, Store, read_head, read_rows
 from rumo.errors import CampaignError, FileError
 
 SPECIFICATION = {"name": "a", "runs": 3}
@@ -63,7 +63,7 @@ def test_a_part_is_written_every_so_many_rows_or_seconds(folder, monkeypatch):
         for number in range(PART + 1):
             store.add(row(number))
         assert len(read_rows(folder)) == PART
-        monkeypatch.setattr("rumo.campaigns.store.PAUSE", 0.0)
+        monkeypatch.setattr("rumo.campaigns.store.store.PAUSE", 0.0)
         store.add(row(PART + 1))
         assert len(read_rows(folder)) == PART + 2
 
@@ -162,7 +162,7 @@ def test_logs_are_files_of_their_own(folder):
 
 
 def test_of_many_runs_not_all_logs_are_kept(folder, monkeypatch):
-    monkeypatch.setattr("rumo.campaigns.store.MOST_LOGS", 2)
+    monkeypatch.setattr("rumo.campaigns.store.store.MOST_LOGS", 2)
     for first in (0, 3):  # also when it is started again
         with Store(folder, SPECIFICATION) as store:
             for number in range(first, first + 3):
@@ -272,7 +272,7 @@ def hold(folder, ready, end):
 
 
 def test_two_at_once_are_refused_and_a_dead_one_is_not_in_the_way(folder, monkeypatch):
-    monkeypatch.setattr("rumo.campaigns.store.PATIENCE", 0.1)
+    monkeypatch.setattr("rumo.campaigns.store.store.PATIENCE", 0.1)
     context = multiprocessing.get_context("spawn")
     ready, end = context.Event(), context.Event()
     other = context.Process(target=hold, args=(folder, ready, end))
@@ -295,7 +295,7 @@ def test_two_at_once_are_refused_and_a_dead_one_is_not_in_the_way(folder, monkey
 def full_disk(monkeypatch):
     """A disk that can be full."""
     state = {"full": True}
-    write = rumo.campaigns.parts.write_whole
+    write = rumo.campaigns.store.parts.write_whole
 
     def write_whole(path, writer, **options):
         def half(place):
@@ -306,7 +306,7 @@ def full_disk(monkeypatch):
 
         return write(path, half, **options)
 
-    monkeypatch.setattr("rumo.campaigns.parts.write_whole", write_whole)
+    monkeypatch.setattr("rumo.campaigns.store.parts.write_whole", write_whole)
     return state
 
 

@@ -14,9 +14,9 @@ import pytest
 from fake_work import task
 
 import rumo
-from rumo.campaigns.last_words import last_words
-from rumo.campaigns.rows import plain
-from rumo.campaigns.supervised import ClosedError, Supervised
+from rumo.campaigns.tasks.last_words import last_words
+from rumo.campaigns.tasks.rows import plain
+from rumo.campaigns.tasks.supervised import ClosedError, Supervised
 
 posix = pytest.mark.skipif(os.name != "posix", reason="Windows has no signals of this kind")
 linux = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere it ends when Python's threads get a turn")
@@ -153,7 +153,7 @@ import sys
 from threading import Thread
 from time import sleep
 from fake_work import task
-from rumo.campaigns.supervised import Supervised
+from rumo.campaigns.tasks.supervised import Supervised
 process = Supervised("fake_work:behave", {})
 process.run(task(0))
 Thread(target=process.run, args=[task(1, sys.argv[1])], daemon=True).start()
@@ -228,7 +228,7 @@ def test_values_become_plain():
 def test_last_words_are_few():
     dump = "Fatal Python error: Aborted\n\nThread 0x1 (most recent call first):\n" + '  File "a.py", line 1 in other\n'
     own = "\nCurrent thread 0x2 (most recent call first):\n" + '  File "b.py", line 2 in inner\n' * 30
-    own += '  File "/x/campaigns/child.py", line 9 in _answer\n  File "/x/campaigns/child.py", line 9 in main\n'
+    own += '  File "/campaigns/tasks/child.py", line 9 in _answer\n  File "/campaigns/tasks/child.py", line 9 in main\n'
     words = last_words("y" * 9000 + "said\n" + dump + own + "\nExtension modules: " + "numpy, " * 2000)
     assert words.count("b.py") == 10
     assert "said\nFatal Python error: Aborted\n  File" in words

@@ -8,10 +8,10 @@ from math import inf
 from time import monotonic
 from typing import Any
 
-from rumo.campaigns.rows import DONE
 from rumo.campaigns.standing import Standing
 from rumo.campaigns.store import Store
-from rumo.campaigns.task import Engine, Task
+from rumo.campaigns.tasks.rows import DONE
+from rumo.campaigns.tasks.task import Engine, Task
 from rumo.errors import CampaignError
 from rumo.interrupts import interruptible
 

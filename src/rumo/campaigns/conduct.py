@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from rumo.campaigns.carrying_out import carry_out
 from rumo.campaigns.engines import DaskEngine, SerialEngine
-from rumo.campaigns.kept import read_results
+from rumo.campaigns.judging.kept import read_results
+from rumo.campaigns.judging.summary import worst
 from rumo.campaigns.pilots import pilots, require_known, require_short
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.standing import Standing
 from rumo.campaigns.store import Store
-from rumo.campaigns.summary import worst
-from rumo.campaigns.task import Engine
+from rumo.campaigns.tasks.task import Engine
 from rumo.campaigns.work import WORK
 from rumo.checks import checked
 from rumo.errors import ArgumentError

@@ -8,8 +8,8 @@ from math import isfinite
 from statistics import median
 from typing import Any
 
-from rumo.campaigns.columns import KPI, RUN, column_of, done, key_of
-from rumo.campaigns.criteria import Criterion
+from rumo.campaigns.judging.columns import KPI, RUN, column_of, done, key_of
+from rumo.campaigns.judging.criteria import Criterion
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.standing import in_words
 from rumo.errors import ArgumentError

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rumo.campaigns.columns import BY_KEY, KPI, STATUS, texts, title_of, unit_of
 from rumo.campaigns.comparison.drives import over_time
-from rumo.campaigns.criteria import Criterion
+from rumo.campaigns.judging.columns import BY_KEY, KPI, STATUS, texts, title_of, unit_of
+from rumo.campaigns.judging.criteria import Criterion
+from rumo.campaigns.judging.summary import plain
 from rumo.campaigns.report.drives import drive_figures
 from rumo.campaigns.report.words import settings_words
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.store import read_head, read_rows
-from rumo.campaigns.summary import plain
-from rumo.campaigns.supervised import Supervised
+from rumo.campaigns.tasks.supervised import Supervised
 from rumo.campaigns.work import WORK
 from rumo.errors import ArgumentError
 from rumo.report.contents import Beside, Item, Report, Section

@@ -12,8 +12,8 @@ from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from rumo.campaigns.columns import KPI, RUN, STATUS
-from rumo.campaigns.criteria import Criterion
+from rumo.campaigns.judging.columns import KPI, RUN, STATUS
+from rumo.campaigns.judging.criteria import Criterion
 from rumo.controllers import Controller
 from rumo.errors import ArgumentError
 from rumo.scenarios import Recipe

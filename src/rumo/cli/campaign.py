@@ -13,7 +13,7 @@ from rumo.cli.sequence import end, incomplete, write_report
 
 if TYPE_CHECKING:
     from rumo.campaigns.engines import DaskEngine, SerialEngine
-    from rumo.campaigns.results import Results
+    from rumo.campaigns.judging.results import Results
 
 Scheduler = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler, tcp://host:8786; this machine's processes without.")
@@ -65,7 +65,7 @@ def tell_dashboard(engine: DaskEngine | SerialEngine, quiet: bool) -> None:
 
 def _report(folder: Path, stopped: BaseException | None, *, as_json: bool, quiet: bool) -> None:
     """Write the report of what there is, and show it."""
-    from rumo.campaigns.kept import read_results
+    from rumo.campaigns.judging.kept import read_results
     from rumo.errors import ArgumentError
 
     try:

@@ -34,7 +34,7 @@ def compare(
             log, other = (first, second) if logs[0] else (second, first)
             raise ArgumentError("second", f"a log, '{log}', beside '{other}'", "two campaigns, or two logs")
         else:
-            from rumo.campaigns.kept import read_results
+            from rumo.campaigns.judging.kept import read_results
 
             found = compare_campaigns(read_results(first), read_results(second), names)
         write_report(found, writable(output), as_json=as_json, quiet=quiet)

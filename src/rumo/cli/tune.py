@@ -16,7 +16,7 @@ from rumo.cli.console import Json, Quiet, errors_in_words
 from rumo.cli.sequence import end, incomplete, write_report
 
 if TYPE_CHECKING:
-    from rumo.campaigns.search import Trial
+    from rumo.campaigns.searching.search import Trial
     from rumo.campaigns.tuning import Tuning
     from rumo.campaigns.tuning.course import Tell
 
@@ -54,7 +54,7 @@ def tune(
 
 def _told(tuning: Tuning, tell: Callable[[Standing], object]) -> Tell:
     """Progress of trials as that of a campaign."""
-    from rumo.campaigns.columns import unit_of
+    from rumo.campaigns.judging.columns import unit_of
     from rumo.report.tables import number
 
     begun, before = monotonic(), list[int]()

@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from rumo.campaigns.columns import key_of, title_of, unit_of
 from rumo.campaigns.comparison.together import Together, differing, together
+from rumo.campaigns.judging.columns import key_of, title_of, unit_of
+from rumo.campaigns.judging.results import Results
+from rumo.campaigns.judging.statistics import difference_interval
+from rumo.campaigns.judging.summary import run_of, summary, versions
 from rumo.campaigns.report.failures import flattened
 from rumo.campaigns.report.headline import headline
 from rumo.campaigns.report.pairs import compared_items, pairs_panels, signed
 from rumo.campaigns.report.spread import spreads
 from rumo.campaigns.report.words import ends, value_words
-from rumo.campaigns.results import Results
-from rumo.campaigns.statistics import difference_interval
-from rumo.campaigns.summary import run_of, summary, versions
 from rumo.report.contents import Item, Report, Section
 from rumo.report.tables import Table, counts, number
 

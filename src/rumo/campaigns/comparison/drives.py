@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rumo.campaigns.columns import inside
 from rumo.campaigns.comparison.together import differing
+from rumo.campaigns.judging.columns import inside
 from rumo.campaigns.report.pairs import signed
 from rumo.campaigns.report.words import value_words
 from rumo.report.charts import REFERENCE, Chart, Figure, Line, Look, Panels

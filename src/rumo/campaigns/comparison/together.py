@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from rumo.campaigns.columns import SETTING, texts
-from rumo.campaigns.criteria import Criterion
-from rumo.campaigns.results import Results
+from rumo.campaigns.judging.columns import SETTING, texts
+from rumo.campaigns.judging.criteria import Criterion
+from rumo.campaigns.judging.results import Results
 from rumo.errors import ArgumentError
 from rumo.studies.looks import label
 

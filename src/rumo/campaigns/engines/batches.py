@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sized
 from itertools import islice
 from math import ceil
 
-from rumo.campaigns.task import Task
+from rumo.campaigns.tasks.task import Task
 
 TARGET = 1.0
 """What a batch takes [s]."""

@@ -16,8 +16,8 @@ from typing import Any
 
 from rumo.campaigns.engines.batches import Batches
 from rumo.campaigns.engines.on_worker import carry_out_batch, end_campaign
-from rumo.campaigns.rows import CRASHED, Attempt, complete_row
-from rumo.campaigns.task import Row, Task
+from rumo.campaigns.tasks.rows import CRASHED, Attempt, complete_row
+from rumo.campaigns.tasks.task import Row, Task
 from rumo.checks import whole_number
 from rumo.errors import ArgumentError, CampaignError
 from rumo.extras import required

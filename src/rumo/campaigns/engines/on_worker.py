@@ -9,8 +9,8 @@ from threading import Lock, Thread
 from time import monotonic, sleep
 from typing import Any
 
-from rumo.campaigns.supervised import ClosedError, Supervised
-from rumo.campaigns.task import Row, Task
+from rumo.campaigns.tasks.supervised import ClosedError, Supervised
+from rumo.campaigns.tasks.task import Row, Task
 from rumo.errors import CampaignError
 from rumo.version import __version__
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Mapping
 from typing import Any
 
-from rumo.campaigns.supervised import Supervised
-from rumo.campaigns.task import Row, Task
+from rumo.campaigns.tasks.supervised import Supervised
+from rumo.campaigns.tasks.task import Row, Task
 
 
 class SerialEngine:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from rumo.campaigns.columns import title_of, unit_of, with_unit
 from rumo.campaigns.falsification.falsify import Falsified
+from rumo.campaigns.judging.columns import title_of, unit_of, with_unit
 from rumo.campaigns.report.drives import drive_figures
 from rumo.campaigns.report.looks import slim
 from rumo.campaigns.report.spread import wide

@@ -11,11 +11,11 @@ from typing import Any
 
 from rumo.campaigns.falsification.shrinking import Found, shrunk
 from rumo.campaigns.falsification.specification import Falsification
-from rumo.campaigns.rounds import Rounds
-from rumo.campaigns.search import Search
+from rumo.campaigns.searching.rounds import Rounds
+from rumo.campaigns.searching.search import Search
 from rumo.campaigns.standing import Searching
-from rumo.campaigns.store import LOGS, Store
-from rumo.campaigns.task import Engine, Row
+from rumo.campaigns.store.store import LOGS, Store
+from rumo.campaigns.tasks.task import Engine, Row
 from rumo.campaigns.work import CONTROLLER, WORK
 from rumo.errors import CampaignError
 from rumo.scenarios import Plain, Recipe

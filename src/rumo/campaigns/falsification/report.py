@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rumo.campaigns.criteria import Criterion
 from rumo.campaigns.falsification.charts import drives_section, search_section
 from rumo.campaigns.falsification.falsify import FOUND, Falsified
 from rumo.campaigns.falsification.summary import summary
+from rumo.campaigns.judging.criteria import Criterion
 from rumo.campaigns.report.failures import LONGEST, WORDS, flattened
 from rumo.campaigns.report.words import capital, rerun_command, settings_words, value_words
 from rumo.report.contents import Command, Item, Report, Section

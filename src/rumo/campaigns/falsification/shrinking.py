@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from rumo.campaigns.falsification.specification import Falsification
-from rumo.campaigns.task import Row
+from rumo.campaigns.tasks.task import Row
 from rumo.scenarios import Plain
 
 HALVINGS = 10

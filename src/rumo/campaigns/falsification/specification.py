@@ -9,13 +9,13 @@ from math import hypot
 from types import MappingProxyType
 from typing import Any
 
-from rumo.campaigns.criteria import Criterion
-from rumo.campaigns.distributions import Integers, LogUniform, Uniform
-from rumo.campaigns.rows import DONE, RAISED
-from rumo.campaigns.samplers import SAMPLERS as ALL_SAMPLERS
-from rumo.campaigns.space import checked_search, options_of
+from rumo.campaigns.judging.criteria import Criterion
+from rumo.campaigns.searching.samplers import SAMPLERS as ALL_SAMPLERS
+from rumo.campaigns.searching.space import checked_search, options_of
 from rumo.campaigns.specification import Campaign
-from rumo.campaigns.task import Row
+from rumo.campaigns.specification.distributions import Integers, LogUniform, Uniform
+from rumo.campaigns.tasks.rows import DONE, RAISED
+from rumo.campaigns.tasks.task import Row
 from rumo.checks import as_mapping, checked, finite_number
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.scenarios import Plain, Recipe

@@ -8,7 +8,7 @@ from typing import Any
 from rumo.campaigns.falsification.falsify import FOUND, Falsified, Tried
 from rumo.campaigns.falsification.shrinking import Found
 from rumo.campaigns.falsification.specification import Falsification
-from rumo.campaigns.task import Row
+from rumo.campaigns.tasks.task import Row
 
 
 def summary(falsified: Falsified, name: str) -> dict[str, Any]:

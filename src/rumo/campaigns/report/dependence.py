@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rumo.campaigns.columns import SETTING, column_of, key_of, texts, title_of, with_unit
+from rumo.campaigns.judging.columns import SETTING, column_of, key_of, texts, title_of, with_unit
+from rumo.campaigns.judging.results import Results
+from rumo.campaigns.judging.statistics import Correlation, wilson
 from rumo.campaigns.report.looks import point_looks, slim
 from rumo.campaigns.report.spread import differing, judged_columns, same_words, wide
 from rumo.campaigns.report.words import percent, percents, value_words
-from rumo.campaigns.results import Results
-from rumo.campaigns.statistics import Correlation, wilson
 from rumo.report.charts import LIMIT, Line, Panels
 from rumo.report.contents import Folded, Item, Section
 from rumo.report.tables import Table

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from rumo.campaigns.judging.results import Results
 from rumo.campaigns.report.words import value_words
-from rumo.campaigns.results import Results
 from rumo.report.contents import Item, Section
 from rumo.report.tables import Table, counts, number
 from rumo.studies.looks import label

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from rumo.campaigns.columns import title_of, unit_of
+from rumo.campaigns.judging.columns import title_of, unit_of
+from rumo.campaigns.judging.results import Results
 from rumo.campaigns.report.looks import line_looks, point_looks
 from rumo.campaigns.report.words import capital, percent, percents, share_words
-from rumo.campaigns.results import Results
 from rumo.report.charts import Line, Panels
 from rumo.report.contents import Item, Section
 from rumo.report.tables import Table, number

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rumo.campaigns.columns import SETTING, key_of, texts, with_unit
+from rumo.campaigns.judging.columns import SETTING, key_of, texts, with_unit
+from rumo.campaigns.judging.results import Results
 from rumo.campaigns.report.words import value_words
-from rumo.campaigns.results import Results
 from rumo.report.charts import Axis, HeatMap
 from rumo.report.contents import Item, Section
 from rumo.studies.looks import label

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from rumo.campaigns.judging.results import Results
+from rumo.campaigns.judging.summary import summary
 from rumo.campaigns.report.dependence import dependences
 from rumo.campaigns.report.failures import failures_section, made_with
 from rumo.campaigns.report.headline import headline
@@ -9,8 +11,6 @@ from rumo.campaigns.report.heat import heat_map
 from rumo.campaigns.report.pairs import pairs
 from rumo.campaigns.report.spread import spreads
 from rumo.campaigns.report.worst import worst_runs
-from rumo.campaigns.results import Results
-from rumo.campaigns.summary import summary
 from rumo.report.contents import Report
 from rumo.report.tables import number
 from rumo.studies.looks import label

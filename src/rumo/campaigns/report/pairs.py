@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from rumo.campaigns.columns import inside, key_of, title_of, unit_of, with_unit
+from rumo.campaigns.judging.columns import inside, key_of, title_of, unit_of, with_unit
+from rumo.campaigns.judging.results import Results
 from rumo.campaigns.report.looks import COLORS, slim
 from rumo.campaigns.report.spread import wide
 from rumo.campaigns.report.words import ends, percent
-from rumo.campaigns.results import Results
 from rumo.report.charts import REFERENCE, Line, Look, Panels
 from rumo.report.contents import Folded, Item, Section
 from rumo.report.tables import Table, number

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from rumo.campaigns.columns import better_of, column_of, inside, key_of, title_of, unit_of, with_unit
+from rumo.campaigns.judging.columns import better_of, column_of, inside, key_of, title_of, unit_of, with_unit
+from rumo.campaigns.judging.results import Results
 from rumo.campaigns.report.looks import line_looks, slim
 from rumo.campaigns.report.words import value_words
-from rumo.campaigns.results import Results
 from rumo.report.charts import LIMIT, Line, Panels
 from rumo.report.contents import Folded, Item, Section
 from rumo.report.tables import Table, number

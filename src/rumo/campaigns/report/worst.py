@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rumo.campaigns.columns import column_of, title_of, unit_of
+from rumo.campaigns.judging.columns import column_of, title_of, unit_of
+from rumo.campaigns.judging.results import Results
+from rumo.campaigns.judging.summary import run_of, worst
 from rumo.campaigns.report.drives import drive_figures
 from rumo.campaigns.report.words import rerun_command, settings_words
-from rumo.campaigns.results import Results
-from rumo.campaigns.summary import run_of, worst
 from rumo.errors import RumoError
 from rumo.report.contents import Beside, Command, Folded, Item, Section
 from rumo.report.tables import Table, number

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from rumo.campaigns.conduct import engine_of, folder_of
-from rumo.campaigns.trial_storage import optuna_for
+from rumo.campaigns.searching.trial_storage import optuna_for
 from rumo.campaigns.tuning.course import Tell, Tuned, carry_out_tuning
 from rumo.campaigns.tuning.reading import read_tuning, rehearsed
 from rumo.campaigns.tuning.specification import Tuning

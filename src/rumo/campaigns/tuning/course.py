@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from rumo.campaigns.rounds import Rounds
-from rumo.campaigns.search import Search, Trial
+from rumo.campaigns.searching.rounds import Rounds
+from rumo.campaigns.searching.search import Search, Trial
 from rumo.campaigns.store import Store
-from rumo.campaigns.task import Engine, Row, canonical
+from rumo.campaigns.tasks.task import Engine, Row, canonical
 from rumo.campaigns.tuning.goals import parts_known
 from rumo.campaigns.tuning.specification import Tuning
 from rumo.errors import CampaignError

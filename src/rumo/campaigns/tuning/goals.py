@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from rumo.campaigns.columns import DONE, KPI, RUN, inside, key_of, title_of, unit_of
-from rumo.campaigns.task import Row
+from rumo.campaigns.judging.columns import DONE, KPI, RUN, inside, key_of, title_of, unit_of
+from rumo.campaigns.tasks.task import Row
 from rumo.checks import finite_number, known_names, positive_number, printable
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.signals import Array

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rumo.campaigns.reading import check_tables, errors_of, renamed, settings_in, varied_in, within
-from rumo.campaigns.sampling import Grid
 from rumo.campaigns.specification import Campaign
+from rumo.campaigns.specification.reading import check_tables, errors_of, renamed, settings_in, varied_in, within
+from rumo.campaigns.specification.sampling import Grid
 from rumo.campaigns.tuning.specification import Check, Tuning, named, own_settings
 from rumo.errors import ArgumentError
 from rumo.scenarios import Recipe

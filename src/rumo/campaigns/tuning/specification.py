@@ -9,12 +9,12 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
-from rumo.campaigns.asked import kpi_key
-from rumo.campaigns.samplers import SAMPLERS, SEVERAL
-from rumo.campaigns.sampling import SEED, Grid, as_varied
-from rumo.campaigns.space import checked_search, options_of
+from rumo.campaigns.searching.samplers import SAMPLERS, SEVERAL
+from rumo.campaigns.searching.space import checked_search, options_of
+from rumo.campaigns.searching.trial_storage import is_url
 from rumo.campaigns.specification import Campaign
-from rumo.campaigns.trial_storage import is_url
+from rumo.campaigns.specification.asked import kpi_key
+from rumo.campaigns.specification.sampling import SEED, Grid, as_varied
 from rumo.campaigns.tuning.goals import Goal, Limit, Objective, goals_of
 from rumo.campaigns.work import CONTROLLER
 from rumo.checks import as_mapping, checked
@@ -65,7 +65,7 @@ class Tuning:
     controller : str
         Name in `rumo.registry.CONTROLLERS`.
     sampler : str
-        One of `rumo.campaigns.samplers.SAMPLERS`.
+        One of `rumo.campaigns.searching.samplers.SAMPLERS`.
     seed : int
         Of what is drawn.
     batch : int

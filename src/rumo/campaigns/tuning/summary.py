@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from rumo.campaigns.columns import SETTING
-from rumo.campaigns.search import Trial
-from rumo.campaigns.space import options_of
-from rumo.campaigns.statistics import paired
-from rumo.campaigns.summary import kind_of, plain
-from rumo.campaigns.task import Row
+from rumo.campaigns.judging.columns import SETTING
+from rumo.campaigns.judging.statistics import paired
+from rumo.campaigns.judging.summary import kind_of, plain
+from rumo.campaigns.searching.search import Trial
+from rumo.campaigns.searching.space import options_of
+from rumo.campaigns.tasks.task import Row
 from rumo.campaigns.tuning.course import Tuned
 from rumo.campaigns.tuning.goals import Goal, Limit, Objective, figures_of
 

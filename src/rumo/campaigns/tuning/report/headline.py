@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rumo.campaigns.columns import inside, title_of, unit_of
+from rumo.campaigns.judging.columns import inside, title_of, unit_of
 from rumo.campaigns.report.pairs import signed
 from rumo.campaigns.report.words import capital, ends, percent, value_words
 from rumo.report.contents import Item, Section

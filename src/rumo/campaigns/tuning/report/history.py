@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rumo.campaigns.columns import inside, title_of, unit_of
+from rumo.campaigns.judging.columns import inside, title_of, unit_of
 from rumo.campaigns.report.looks import slim
 from rumo.campaigns.report.words import capital, value_words
 from rumo.report.charts import LIMIT, REFERENCE, Chart, Line, Look

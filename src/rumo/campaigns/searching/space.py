@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rumo.campaigns.distributions import Choice, Distribution, Integers, LogUniform, Uniform
-from rumo.campaigns.samplers import CMA_ES
-from rumo.campaigns.sampling import Grid, as_varied
+from rumo.campaigns.searching.samplers import CMA_ES
+from rumo.campaigns.specification.distributions import Choice, Distribution, Integers, LogUniform, Uniform
+from rumo.campaigns.specification.sampling import Grid, as_varied
 from rumo.checks import as_mapping, positive_number, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.registry import CONTROLLERS

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rumo.campaigns.columns import KPI, RUN, SETTING, better_of, column_of, is_seed, kpi_of, numbers, texts
-from rumo.campaigns.criteria import Criterion
+from rumo.campaigns.judging.columns import KPI, RUN, SETTING, better_of, column_of, is_seed, kpi_of, numbers, texts
+from rumo.campaigns.judging.criteria import Criterion
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.signals import Array
 

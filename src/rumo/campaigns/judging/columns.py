@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rumo.campaigns.rows import DONE
+from rumo.campaigns.tasks.rows import DONE
 from rumo.studies.kpis import KPIS, Driven, Kpi
 from rumo.studies.kpis.base import Value
 

@@ -1,4 +1,4 @@
-"""The process that carries out runs for a `Supervised`: `python -m rumo.campaigns.child`.
+"""The process that carries out runs for a `Supervised`: `python -m rumo.campaigns.tasks.child`.
 
 It reads what to do from standard input and writes what came of it to standard output, before the first run for work,
 then for each task. It is there to be killed: whatever happens to it costs one run.
@@ -19,9 +19,9 @@ from queue import SimpleQueue
 from threading import Thread
 from typing import IO, Any
 
-from rumo.campaigns.frames import receive, send
-from rumo.campaigns.rows import plain
-from rumo.campaigns.task import Task
+from rumo.campaigns.tasks.frames import receive, send
+from rumo.campaigns.tasks.rows import plain
+from rumo.campaigns.tasks.task import Task
 
 LINES = 12
 """Of a traceback that are kept, the last ones."""

@@ -12,8 +12,8 @@ from threading import Lock, Thread
 from time import monotonic
 from typing import Any
 
-from rumo.campaigns.frames import receive, send
-from rumo.campaigns.last_words import last_words
+from rumo.campaigns.tasks.frames import receive, send
+from rumo.campaigns.tasks.last_words import last_words
 
 KEPT = 16384
 """What is kept of that which a process has printed [bytes]."""
@@ -39,7 +39,7 @@ class LateError(Exception):
 
 
 class Process:
-    """`python -m rumo.campaigns.child`, in a session of its own: Ctrl-C does not reach it.
+    """`python -m rumo.campaigns.tasks.child`, in a session of its own: Ctrl-C does not reach it.
 
     Threads read what it answers and what it prints, so that neither it nor whoever asks ever waits for a full pipe.
     """
@@ -59,7 +59,7 @@ class Process:
                 options["pass_fds"] = ends
             self._process = subprocess.Popen(
                 # -P: the current folder may have modules with names of Python's own.
-                [sys.executable, "-P", "-m", "rumo.campaigns.child", *map(str, ends)],
+                [sys.executable, "-P", "-m", "rumo.campaigns.tasks.child", *map(str, ends)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,

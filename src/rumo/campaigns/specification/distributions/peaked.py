@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from rumo.campaigns.distributions.base import Distribution, ascending
+from rumo.campaigns.specification.distributions.base import Distribution, ascending
 from rumo.checks import finite_number, non_negative_number, positive_number
 from rumo.errors import ArgumentError
 from rumo.signals import Array

@@ -7,8 +7,8 @@ from collections.abc import Generator, Mapping
 from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from rumo.campaigns.distributions import Distribution
-from rumo.campaigns.sampling import SEED
+from rumo.campaigns.specification.distributions import Distribution
+from rumo.campaigns.specification.sampling import SEED
 from rumo.campaigns.work import scenario_of, task_run
 from rumo.controllers import RealTimeIteration
 from rumo.errors import ArgumentError, UnknownNameError

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from rumo.campaigns.kinds import Kind, common_kind, converted, in_order, kind_of
-from rumo.campaigns.rows import DONE
-from rumo.campaigns.task import Row
+from rumo.campaigns.store.kinds import Kind, common_kind, converted, in_order, kind_of
+from rumo.campaigns.tasks.rows import DONE
+from rumo.campaigns.tasks.task import Row
 from rumo.errors import FileError
 from rumo.extras import required
 from rumo.files import write_whole

@@ -12,7 +12,7 @@ FRAMES = 10
 
 _DUMP = re.compile(r"^(Fatal Python error:|Windows fatal exception:|Timeout \()", re.MULTILINE)
 _CALL = re.compile(r"^  File .*$", re.MULTILINE)
-_OWN = re.compile(r'campaigns.child.py", line \d+ in _answer')
+_OWN = re.compile(r'campaigns.tasks.child.py", line \d+ in _answer')
 
 
 def last_words(printed: str) -> str:

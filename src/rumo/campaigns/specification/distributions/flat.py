@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from rumo.campaigns.distributions.base import Distribution, ascending
+from rumo.campaigns.specification.distributions.base import Distribution, ascending
 from rumo.checks import as_list, non_negative_number, positive_number, whole_number
 from rumo.errors import ArgumentError
 from rumo.scenarios.arguments import Plain

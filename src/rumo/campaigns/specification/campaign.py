@@ -10,13 +10,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from rumo.campaigns.asked import as_criterion, as_report, kpi_name
-from rumo.campaigns.distributions import Distribution
-from rumo.campaigns.reading import campaign_arguments, errors_of
-from rumo.campaigns.rehearsal import rehearse
-from rumo.campaigns.sampling import SAMPLINGS, SEED, Draws, as_varied
-from rumo.campaigns.store import FORMAT
-from rumo.campaigns.task import canonical
+from rumo.campaigns.specification.asked import as_criterion, as_report, kpi_name
+from rumo.campaigns.specification.distributions import Distribution
+from rumo.campaigns.specification.reading import campaign_arguments, errors_of
+from rumo.campaigns.specification.rehearsal import rehearse
+from rumo.campaigns.specification.sampling import SAMPLINGS, SEED, Draws, as_varied
+from rumo.campaigns.store.store import FORMAT
+from rumo.campaigns.tasks.task import canonical
 from rumo.campaigns.work import CONTROLLER, LOGS
 from rumo.checks import as_mapping, checked, known_names, positive_number, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
@@ -52,7 +52,7 @@ class Campaign:
     controllers : sequence of str
         Names in `rumo.registry.CONTROLLERS`; all drive the same draws.
     sampling : str
-        How distributions are spread: one of `rumo.campaigns.sampling.SAMPLINGS`.
+        How distributions are spread: one of `rumo.campaigns.specification.sampling.SAMPLINGS`.
     seed : int
         Of draws and drives. Where the recipe has no seed and none varies, draw i is driven with the seed
         1 000 000 `seed` + i.
@@ -138,7 +138,7 @@ class Campaign:
         return cls(**campaign_arguments(tables, folder))
 
     def rehearse(self) -> None:
-        """Begin drives at the extremes of all that varies; see `rumo.campaigns.rehearsal`."""
+        """Begin drives at the extremes of all that varies; see `rumo.campaigns.specification.rehearsal`."""
         rehearse(self)
 
     def _checked_runs(self) -> int:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from rumo.campaigns.distributions import Distribution
+from rumo.campaigns.specification.distributions import Distribution
 from rumo.checks import finite_number
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.scenarios.arguments import Plain

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rumo.campaigns.criteria import Criterion
+from rumo.campaigns.judging.criteria import Criterion
 from rumo.campaigns.work import COUNTS, STEP_TIMES, TIMES
 from rumo.checks import as_mapping
 from rumo.errors import ArgumentError, UnknownNameError

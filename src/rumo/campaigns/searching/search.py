@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rumo.campaigns.distributions import Distribution
-from rumo.campaigns.samplers import CMA_ES, SAMPLERS, SEVERAL, made_sampler
-from rumo.campaigns.sampling import Grid
-from rumo.campaigns.space import check_space, options_of, suggest
-from rumo.campaigns.trial_storage import is_url, opened, opening, optuna_for, reached, shown
+from rumo.campaigns.searching.samplers import CMA_ES, SAMPLERS, SEVERAL, made_sampler
+from rumo.campaigns.searching.space import check_space, options_of, suggest
+from rumo.campaigns.searching.trial_storage import is_url, opened, opening, optuna_for, reached, shown
+from rumo.campaigns.specification.distributions import Distribution
+from rumo.campaigns.specification.sampling import Grid
 from rumo.errors import ArgumentError
 
 __all__ = ["SAMPLERS", "SEVERAL", "Proposal", "Search", "Trial", "check_space", "not_beaten", "options_of"]

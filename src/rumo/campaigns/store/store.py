@@ -12,9 +12,9 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from rumo.campaigns.parts import ENDING, parts_in, read_parts, remove_temporaries, write_part, write_table
-from rumo.campaigns.rows import DONE
-from rumo.campaigns.task import Row, canonical
+from rumo.campaigns.store.parts import ENDING, parts_in, read_parts, remove_temporaries, write_part, write_table
+from rumo.campaigns.tasks.rows import DONE
+from rumo.campaigns.tasks.task import Row, canonical
 from rumo.errors import ArgumentError, CampaignError, FileError
 from rumo.files import write_whole
 from rumo.locks import locked

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from rumo.campaigns.distributions import DISTRIBUTION, Distribution, distribution_of
-from rumo.campaigns.sampling import Grid
+from rumo.campaigns.specification.distributions import DISTRIBUTION, Distribution, distribution_of
+from rumo.campaigns.specification.sampling import Grid
 from rumo.errors import ArgumentError, FileError, UnknownNameError
 from rumo.scenarios import Recipe
 from rumo.scenarios.files import line_of

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rumo.campaigns.columns import DONE, KPI, RUN, column_of, done, inside, numbers, title_of, unit_of
+from rumo.campaigns.judging.columns import DONE, KPI, RUN, column_of, done, inside, numbers, title_of, unit_of
 from rumo.checks import finite_number, printable
 from rumo.errors import ArgumentError, UnknownNameError
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rumo.campaigns.criteria import Criterion
-from rumo.campaigns.results import Results
+from rumo.campaigns.judging.criteria import Criterion
+from rumo.campaigns.judging.results import Results
 from rumo.campaigns.store import read_head, read_rows
 from rumo.errors import ArgumentError
 

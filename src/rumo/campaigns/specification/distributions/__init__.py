@@ -7,9 +7,9 @@ from dataclasses import MISSING, fields
 from types import MappingProxyType
 from typing import Any
 
-from rumo.campaigns.distributions.base import DISTRIBUTION, Distribution
-from rumo.campaigns.distributions.flat import Choice, Integers, LogUniform, Uniform
-from rumo.campaigns.distributions.peaked import LogNormal, Normal, Triangular
+from rumo.campaigns.specification.distributions.base import DISTRIBUTION, Distribution
+from rumo.campaigns.specification.distributions.flat import Choice, Integers, LogUniform, Uniform
+from rumo.campaigns.specification.distributions.peaked import LogNormal, Normal, Triangular
 from rumo.errors import ArgumentError, UnknownNameError
 
 __all__ = [

@@ -7,10 +7,10 @@ from contextlib import closing
 from math import inf
 from typing import Any
 
-from rumo.campaigns.rows import DONE
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.store import Store
-from rumo.campaigns.task import Engine, Row
+from rumo.campaigns.tasks.rows import DONE
+from rumo.campaigns.tasks.task import Engine, Row
 from rumo.campaigns.work import WORK
 from rumo.interrupts import interruptible
 from rumo.scenarios import Plain

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from rumo.campaigns.columns import DONE, RUN, STATUS, better_of, key_of, numbers, texts
-from rumo.campaigns.results import Results
-from rumo.campaigns.statistics import discordance, paired, rank_correlation, wilson
+from rumo.campaigns.judging.columns import DONE, RUN, STATUS, better_of, key_of, numbers, texts
+from rumo.campaigns.judging.results import Results
+from rumo.campaigns.judging.statistics import discordance, paired, rank_correlation, wilson
 from rumo.signals import Array
 
 WORST = 10

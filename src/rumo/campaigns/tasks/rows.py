@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rumo.campaigns.task import Row, Task
+from rumo.campaigns.tasks.task import Row, Task
 from rumo.version import __version__
 
 DONE, RAISED, CRASHED, TIMEOUT = OUTCOMES = ("done", "raised", "crashed", "timeout")

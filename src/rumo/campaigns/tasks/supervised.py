@@ -9,9 +9,9 @@ from threading import Lock
 from time import monotonic
 from typing import Any
 
-from rumo.campaigns.process import DiedError, LateError, Process
-from rumo.campaigns.rows import CRASHED, DONE, RAISED, TIMEOUT, Attempt, complete_row
-from rumo.campaigns.task import Row, Task
+from rumo.campaigns.tasks.process import DiedError, LateError, Process
+from rumo.campaigns.tasks.rows import CRASHED, DONE, RAISED, TIMEOUT, Attempt, complete_row
+from rumo.campaigns.tasks.task import Row, Task
 from rumo.errors import CampaignError
 
 ATTEMPTS = 2

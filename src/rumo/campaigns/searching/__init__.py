@@ -1,0 +1,1 @@
+"""Searches over settings: Optuna proposes, drives tell what came of it."""
