@@ -89,6 +89,18 @@ def test_nested_tables_are_dotted_names():
     assert flattened(table) == {"problem.weights.p_y": 2.0, "disturbances.wind_speed": GUST, "seed": 1}
 
 
+def test_nested_tables_are_the_same_from_python():
+    nested = Recipe("paper", {"problem": {"weights": {"p_y": 2.0}}, "faults": []})
+    assert nested == Recipe("paper", {"problem.weights.p_y": 2.0, "faults": []}) == Recipe.of(nested.plain)
+    assert nested.with_settings({"problem": {"weights": {"p_y": 3.0}}}).settings["problem.weights.p_y"] == 3.0
+
+
+def test_a_setting_has_one_value(tmp_path):
+    (tmp_path / "run.toml").write_text('[scenario]\nbase = "paper"\n"x.psi" = 0.1\n[scenario.x]\npsi = 0.2\n')
+    with pytest.raises(rumo.ArgumentError, match=r"x\.psi: got two values, 0\.1 and 0\.2"):
+        Recipe.from_toml(tmp_path / "run.toml")
+
+
 def test_lines_are_found(tmp_path):
     (tmp_path / "file.toml").write_text(
         '[scenario]\nbase = "paper"\n"problem.weights.p_y" = 2.0\n[scenario.disturbances.wind_speed]\nkind = "Gust"\n'

@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Mapping
 from math import isinf, isnan
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from rumo.errors import ArgumentError, FileError
 from rumo.scenarios.arguments import Plain
@@ -36,14 +36,22 @@ def read_tables(path: str | Path) -> dict[str, Any]:
 
 
 def flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, Plain]:
-    """Values by dotted names; a table with `kind`, or `from` and `to`, is a value."""
+    """Values by dotted names; a table with `kind`, or `from` and `to`, is a value, and so is an empty one.
+
+    Raises
+    ------
+    ArgumentError
+        If one has two values: by its dotted name, and in a table.
+    """
     found: dict[str, Plain] = {}
     for key, value in table.items():
-        if isinstance(value, Mapping) and KIND not in value and not is_range(value):
-            found |= flattened(value, f"{prefix}{key}.")
-        else:
-            whole: Any = value
-            found[f"{prefix}{key}"] = whole
+        name, whole = f"{prefix}{key}", cast("Plain", value)
+        nested = isinstance(value, Mapping) and value and KIND not in value and not is_range(value)
+        for inner, item in (flattened(value, f"{name}.") if nested else {name: whole}).items():
+            if inner in found:
+                got = f"two values, {found[inner]!r} and {item!r}"
+                raise ArgumentError(inner, got, "one of them", "By its dotted name and in a table it is the same.")
+            found[inner] = item
     return found
 
 

@@ -10,6 +10,9 @@ from types import ModuleType
 from typing import Any
 
 from rumo.errors import ArgumentError, UnknownNameError
+from rumo.scenarios.arguments import Plain
+from rumo.scenarios.beside import BESIDE, modules_beside
+from rumo.scenarios.contents import digest
 
 SEPARATOR = ".py:"
 
@@ -20,22 +23,24 @@ def split(base: str) -> tuple[Path, str]:
     return Path(file), name
 
 
-def digest(path: Path) -> str:
-    """SHA-256 of what a file holds.
+def identity(base: str) -> dict[str, Plain]:
+    """Plain data that differs if what the file, or a module that it imports from beside itself, holds does.
 
     Raises
     ------
     ArgumentError
-        If it cannot be read.
+        If a file cannot be read.
     """
-    try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError as error:
-        raise ArgumentError("base", f"'{path}' ({error.strerror})", "a Python file that can be read") from None
+    path, name = split(base)
+    found: dict[str, Plain] = {"sha256": digest(path), "name": name}
+    modules = modules_beside(path)
+    if modules:
+        found["modules"] = {**modules}
+    return found
 
 
 def own(base: str) -> Any:
-    """What a file calls by a name; the file is run once for each content that it has.
+    """What a file calls by a name; the file is run once for each content that it and its modules have.
 
     Raises
     ------
@@ -52,7 +57,11 @@ def own(base: str) -> Any:
 
 def _module(path: Path) -> ModuleType:
     # What its classes are called in pickles has to be found again, so the module has a name of its own.
-    name = f"rumo_own_{digest(path)[:16]}_{path.stem}"
+    content, modules = digest(path), modules_beside(path)
+    if modules:
+        content = hashlib.sha256(repr((content, modules)).encode()).hexdigest()
+    name = f"rumo_own_{content[:16]}_{path.stem}"
+    BESIDE.use(path, modules)
     if name in sys.modules:
         return sys.modules[name]
     spec = spec_from_file_location(name, path)
@@ -60,14 +69,13 @@ def _module(path: Path) -> ModuleType:
     assert spec.loader is not None
     module = module_from_spec(spec)
     folder = str(path.resolve().parent)
+    if folder not in sys.path:  # for imports by names that only the program knows; last, so that it hides nothing
+        sys.path.append(folder)
     sys.modules[name] = module
-    sys.path.insert(0, folder)  # for what it imports from beside it
     try:
         spec.loader.exec_module(module)
     except Exception as error:
         del sys.modules[name]
         got = f"'{path}', which raises {type(error).__name__}: {error}"
         raise ArgumentError("base", got, "a Python file that can be imported") from error
-    finally:
-        sys.path.remove(folder)
     return module

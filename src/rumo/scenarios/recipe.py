@@ -15,8 +15,9 @@ from rumo.errors import ArgumentError, UnknownNameError
 from rumo.files import write_whole
 from rumo.scenarios.arguments import Argument, Plain, arguments_of
 from rumo.scenarios.bases import BASES
+from rumo.scenarios.contents import by_content, files_in, located
 from rumo.scenarios.files import flattened, read_tables, written
-from rumo.scenarios.own import SEPARATOR, digest, own, split
+from rumo.scenarios.own import SEPARATOR, identity, own, split
 from rumo.scenarios.parts import parts_of
 from rumo.scenarios.settings import changed
 
@@ -36,7 +37,7 @@ class Recipe:
         `Scenario`, or a function of keyword arguments that returns one.
     settings : mapping of str to plain data
         What is other: arguments of the base, and settings of the run by their dotted names, see
-        `rumo.scenarios.settings_of`. Arguments come first, whatever the order.
+        `rumo.scenarios.settings_of`, for which nested tables are the same. Arguments come first, whatever the order.
 
     Raises
     ------
@@ -59,7 +60,7 @@ class Recipe:
         for name, value in settings.items():
             printable(name, "settings")
             settings[name] = _plain(value, name)
-        object.__setattr__(self, "settings", MappingProxyType(settings))
+        object.__setattr__(self, "settings", MappingProxyType(flattened(settings)))
 
     def __reduce__(self) -> tuple[type[Recipe], tuple[str, dict[str, Plain]]]:
         return Recipe, (self.base, dict(self.settings))
@@ -85,14 +86,34 @@ class Recipe:
         if isinstance(base, str) and base not in BASES and SEPARATOR in base:
             file, name = split(base)
             base = f"{folder / file}:{name}"
-        recipe = cls(base, flattened(settings))
-        known = recipe.arguments
-        files = {
-            name: str((folder / str(value)).resolve())
-            for name, value in recipe.settings.items()
-            if name in known and known[name].file and (folder / str(value)).is_file()
-        }
-        return recipe.with_settings(files)
+        recipe = cls(base, settings)
+        return recipe.with_settings(recipe.located(recipe.settings, folder))
+
+    def located(self, settings: Mapping[str, Plain], folder: Path = Path()) -> dict[str, Plain]:
+        """Settings in which files that lie in a folder, named by arguments of the base, have their whole paths."""
+        return {name: located(value, folder) if self.names_files(name) else value for name, value in settings.items()}
+
+    def names_files(self, name: str) -> bool:
+        """Whether a setting is an argument of the base that may name a file."""
+        return name in self.arguments and self.arguments[name].file
+
+    def files_in(self, settings: Mapping[str, Plain]) -> set[str]:
+        """Files that are named by settings."""
+        return set[str]().union(*(files_in(value) for name, value in settings.items() if self.names_files(name)))
+
+    def by_content(self, settings: Mapping[str, Plain], digests: dict[str, str] | None = None) -> dict[str, Plain]:
+        """Settings with what is in files for their names.
+
+        Parameters
+        ----------
+        settings : mapping of str to plain data
+            By name; a value may be a list of values.
+        digests : dict of str to str, optional
+            Of files by their names, of those that are known; others are added.
+        """
+        known = {} if digests is None else digests
+        named = {name: value for name, value in settings.items() if self.names_files(name)}
+        return {**settings, **{name: by_content(value, known) for name, value in named.items()}}
 
     def to_toml(self, path: str | Path) -> None:
         """Write a file that `from_toml` reads; an old one is replaced.
@@ -112,7 +133,7 @@ class Recipe:
 
     def with_settings(self, more: Mapping[str, Plain]) -> Recipe:
         """The same with further settings, or others."""
-        return replace(self, settings={**self.settings, **more})
+        return replace(self, settings={**self.settings, **flattened(more)})
 
     @property
     def make(self) -> Callable[..., Any]:
@@ -157,15 +178,8 @@ class Recipe:
     @property
     def identity(self) -> dict[str, Plain]:
         """Plain data that differs if the run may: of files, what is in them, not where they are."""
-        known, settings = self.arguments, dict(self.settings)
-        for name, value in settings.items():
-            if name in known and known[name].file and isinstance(value, str) and Path(value).is_file():
-                settings[name] = {"sha256": digest(Path(value))}
-        base: Plain = self.base
-        if self.base not in BASES:
-            path, name = split(self.base)
-            base = {"sha256": digest(path), "name": name}
-        return {BASE: base, "settings": settings}
+        base: Plain = self.base if self.base in BASES else identity(self.base)
+        return {BASE: base, "settings": self.by_content(self.settings)}
 
 
 @dataclass(frozen=True, eq=False)
