@@ -241,5 +241,5 @@ def test_nothing_to_violate():
 
 def test_a_folder_of_another_falsification_is_refused(tmp_path):
     found_in(tmp_path, asked(trials=4), narrow)
-    with pytest.raises(ArgumentError, match=r"output: .*of another campaign, with another criteria"):
+    with pytest.raises(ArgumentError, match=r"output: .*of another campaign: criteria.*at_most was"):
         found_in(tmp_path, asked(trials=4, limit=0.4), narrow)

@@ -225,7 +225,7 @@ def test_what_may_change_is_what_the_folder_says_from_then_on(folder):
         with Store(folder, {**SPECIFICATION, "runs": runs}, {"name": "a"}) as store:
             store.describe()
             assert read_head(folder)["specification"]["runs"] == runs
-    with pytest.raises(rumo.ArgumentError, match="another name"):
+    with pytest.raises(rumo.ArgumentError, match='another campaign: name was "a", is "b", expected'):
         Store(folder, SPECIFICATION, {"name": "b"})
 
 
@@ -233,7 +233,10 @@ def test_what_may_change_is_what_the_folder_says_from_then_on(folder):
     ("change", "what"),
     [
         ({"rumo": "0.0.1"}, "of Rumo 0.0.1, expected rows of Rumo"),
-        ({"hash": "0", "identity": {"name": "b", "runs": 3}}, "of another campaign, with another name, expected"),
+        (
+            {"hash": "0", "identity": {"name": "b", "runs": 3}},
+            'of another campaign: name was "b", is "a", expected',
+        ),
         ({"format": 2}, "of format 2, expected format 1"),
     ],
 )

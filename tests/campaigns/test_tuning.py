@@ -110,7 +110,7 @@ def test_without_drives_to_compare_with_there_is_no_tuning(of, message, tuning, 
 
 def test_a_folder_has_one_tuning(tuning, whole):
     other = Tuning(**arguments(tuning, sampler="random"))
-    with pytest.raises(ArgumentError, match="of another campaign, with another tune"):
+    with pytest.raises(ArgumentError, match=r'of another campaign: tune\.sampler was "tpe", is "random", expected'):
         tuned(other, whole[2])
     with pytest.raises(ArgumentError, match="which has a search, expected the folder of a campaign"):
         rerun(whole[2], whole[1].driven[0])

@@ -17,6 +17,8 @@ from rumo.campaigns.judging.criteria import Criterion
 from rumo.controllers import Controller
 from rumo.errors import ArgumentError
 from rumo.scenarios import Recipe
+from rumo.scenarios.contents import digest, is_file
+from rumo.scenarios.differences import CONTENT, differences
 from rumo.simulation import Scenario, save
 from rumo.studies.base import shared_controller
 from rumo.studies.drive.run import DriveRun, to_its_end
@@ -98,10 +100,21 @@ def task_run(common: Mapping[str, Any], task: Mapping[str, Any]) -> Any:
         If a file that decides it is not what it was when the campaign began: its key says what it was.
     """
     recipe = Recipe.of(common["recipe"])
-    if common.get("identity", recipe.identity) != recipe.identity:
-        got = f"{recipe.base}, of which a file has changed since the campaign began, or is another one here"
-        raise ArgumentError("scenario", got, "the files that it began with", "Start it again, in another folder.")
+    _require_same(common, task, recipe)
     return recipe.with_settings({**task["settings"], CONTROLLER: task["controller"]}).run()
+
+
+def _require_same(common: Mapping[str, Any], task: Mapping[str, Any], recipe: Recipe) -> None:
+    """Raise unless files hold what they did when the key was made."""
+    files, now = task.get("files", {}), recipe.identity
+    then = {**common.get("identity", now), **{name: {CONTENT: content} for name, content in files.items()}}
+    now |= {name: {CONTENT: digest(Path(name))} if is_file(Path(name)) else None for name in files}
+    if now != then:
+        got = f"{recipe.base}, of which a file has changed since the campaign began, or is another one here"
+        expected = "the files that it began with"
+        raise ArgumentError(
+            "scenario", f"{got} ({differences(then, now)})", expected, "Start it again, in another folder."
+        )
 
 
 def scenario_of(run: Any) -> Scenario | None:

@@ -48,4 +48,5 @@ def falsification_of(tables: Mapping[str, Any], folder: Path = Path()) -> Falsif
     with within("scenario"):
         recipe = Recipe.of(tables.get("scenario"), folder)
     size: Any = flattened(tables.get("size", {}))
-    return Falsification(recipe, varied_in(tables, "search"), size, tables.get("criteria", {}), **settings)
+    search = varied_in(tables, "search", recipe, folder)
+    return Falsification(recipe, search, size, tables.get("criteria", {}), **settings)

@@ -11,7 +11,7 @@ from typing import Any
 
 from rumo.campaigns.judging.criteria import Criterion
 from rumo.campaigns.searching.samplers import SAMPLERS as ALL_SAMPLERS
-from rumo.campaigns.searching.space import checked_search, options_of
+from rumo.campaigns.searching.space import checked_search, identity_of, options_of
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.specification.distributions import Integers, LogUniform, Uniform
 from rumo.campaigns.tasks.rows import DONE, RAISED
@@ -128,7 +128,7 @@ class Falsification:
         """What decides what is proposed: all but how many trials there are."""
         plain = self.plain
         settings = {name: value for name, value in plain["falsify"].items() if name != "trials"}
-        return {**plain, "falsify": settings, "recipe": self.recipe.identity}
+        return {**plain, "falsify": settings, **identity_of(self.recipe, self.search)}
 
     def size_of(self, settings: Mapping[str, Plain]) -> float:
         """Size of a disturbance."""

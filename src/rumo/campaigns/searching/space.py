@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from rumo.campaigns.searching.samplers import CMA_ES
 from rumo.campaigns.specification.distributions import Choice, Distribution, Integers, LogUniform, Uniform
+from rumo.campaigns.specification.files import files_among, with_files
 from rumo.campaigns.specification.sampling import Grid, as_varied
 from rumo.checks import as_mapping, positive_number, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.registry import CONTROLLERS
+from rumo.scenarios import Recipe
+from rumo.scenarios.contents import digest
+from rumo.scenarios.differences import CONTENT
 from rumo.scenarios.settings import LEAVES
 
 SEARCHED = (Uniform, Integers, Choice, Grid)
@@ -30,7 +35,7 @@ def checked_search(told: Any, samplers: Sequence[str]) -> dict[str, Distribution
     if not search:
         raise ArgumentError("search", "nothing", "at least one setting that may be chosen")
     check_space(search, told.sampler)
-    return search
+    return with_files(search, told.recipe)
 
 
 def check_space(space: Mapping[str, Distribution | Grid], sampler: str = "tpe") -> None:
@@ -47,6 +52,15 @@ def check_space(space: Mapping[str, Distribution | Grid], sampler: str = "tpe") 
             raise ArgumentError(f"search.{name}", f'a list beside sampler "{CMA_ES}"', "one between two ends", cure)
     if sampler == CMA_ES and len(space) < 2:
         raise ArgumentError("sampler", f'"{CMA_ES}" with one setting', "two settings at least", 'Or take "tpe".')
+
+
+def identity_of(recipe: Recipe, space: Mapping[str, Distribution | Grid]) -> dict[str, Any]:
+    """Plain data that differs if a recipe, or a file that may be chosen, holds something else.
+
+    Where files are belongs to the space: storages know them by their names.
+    """
+    files: dict[str, Any] = {name: {CONTENT: digest(Path(name))} for name in sorted(files_among(space, recipe))}
+    return {"recipe": recipe.identity, **({"files": files} if files else {})}
 
 
 def options_of(choice: Distribution | Grid) -> list[Any] | None:

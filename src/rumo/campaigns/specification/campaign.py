@@ -12,6 +12,7 @@ from typing import Any
 
 from rumo.campaigns.specification.asked import as_criterion, as_report, kpi_name
 from rumo.campaigns.specification.distributions import Distribution
+from rumo.campaigns.specification.files import by_content, with_files
 from rumo.campaigns.specification.reading import campaign_arguments, errors_of
 from rumo.campaigns.specification.rehearsal import rehearse
 from rumo.campaigns.specification.sampling import SAMPLINGS, SEED, Draws, as_varied
@@ -103,7 +104,8 @@ class Campaign:
         criteria = {name: as_criterion(name, value) for name, value in as_mapping(self.criteria, "criteria").items()}
         of_criteria = (kpi_name(each.kpi, f"criteria.{each.name}.kpi") for each in criteria.values())
         own: dict[str, Any] = {
-            "vary": MappingProxyType(vary),
+            "recipe": self.recipe.with_settings(self.recipe.located(self.recipe.settings)),
+            "vary": MappingProxyType(with_files(vary, self.recipe)),
             "controllers": tuple(self.controllers),
             "kpis": tuple(dict.fromkeys((*kpis, *of_criteria))),
             "criteria": MappingProxyType(criteria),
@@ -248,7 +250,13 @@ class Campaign:
         plain = self.plain
         free = () if self.sampling == "latin-hypercube" else ("runs",)
         settings = {name: value for name, value in plain["campaign"].items() if name not in (*ADJUSTABLE, *free)}
-        return {"campaign": settings, "scenario": self.recipe.identity, "vary": plain["vary"]}
+        vary = by_content(self.vary, self.recipe, self._digests)
+        return {"campaign": settings, "scenario": self.recipe.identity, "vary": vary}
+
+    @cached_property
+    def _digests(self) -> dict[str, str]:
+        """SHA-256 of files among what varies, as they were when they were first asked for."""
+        return {}
 
     @cached_property
     def _identity(self) -> dict[str, Any]:
@@ -258,9 +266,11 @@ class Campaign:
     def task(self, draw: int, controller: str, further: Mapping[str, Plain] | None = None) -> dict[str, Any]:
         """A run, perhaps with further settings: its key is the hash of all that decides its row."""
         settings = {**(further or {}), **self.settings(draw)}
-        content = self._identity | {"settings": settings, "controller": controller, "draw": draw}
-        key = hashlib.sha256(canonical(content).encode()).hexdigest()[:16]
-        return {"key": key, "draw": draw, "controller": controller, "settings": settings}
+        decided = {"settings": self.recipe.by_content(settings, self._digests), "controller": controller, "draw": draw}
+        key = hashlib.sha256(canonical(self._identity | decided).encode()).hexdigest()[:16]
+        task: dict[str, Any] = {"key": key, "draw": draw, "controller": controller, "settings": settings}
+        files = {name: self._digests[name] for name in sorted(self.recipe.files_in(settings))}
+        return task | ({"files": files} if files else {})
 
 
 class Tasks(Collection[Any]):

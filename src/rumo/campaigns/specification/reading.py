@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rumo.campaigns.specification.distributions import DISTRIBUTION, Distribution, distribution_of
+from rumo.campaigns.specification.files import with_files
 from rumo.campaigns.specification.sampling import Grid
 from rumo.errors import ArgumentError, FileError, UnknownNameError
 from rumo.scenarios import Recipe
@@ -16,6 +17,8 @@ from rumo.scenarios.files import line_of
 TABLES = ("campaign", "scenario", "vary", "criteria", "report")
 SETTINGS = ("runs", "controllers", "sampling", "seed", "timeout", "kpis", "logs")
 """Keys of the table `[campaign]`."""
+VARIED = "a list, { from = ..., to = ... }, or { distribution = ..., ... }"
+"""What may vary."""
 
 
 def campaign_arguments(tables: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -30,7 +33,7 @@ def campaign_arguments(tables: Mapping[str, Any], folder: Path) -> dict[str, Any
     with within("scenario"):
         recipe = Recipe.of(tables.get("scenario"), folder)
     others = {name: tables.get(name, {}) for name in ("criteria", "report")}
-    return {"recipe": recipe, "vary": varied_in(tables, "vary"), **others, **settings}
+    return {"recipe": recipe, "vary": varied_in(tables, "vary", recipe, folder), **others, **settings}
 
 
 def check_tables(tables: Mapping[str, Any], known: Sequence[str]) -> None:
@@ -51,9 +54,16 @@ def settings_in(tables: Mapping[str, Any], table: str, known: Sequence[str]) -> 
     return settings
 
 
-def varied_in(tables: Mapping[str, Any], table: str) -> dict[str, Grid | Distribution]:
-    """Grids and distributions of a table, by dotted names."""
-    return dict(_varied(tables.get(table, {}), "", table))
+def varied_in(tables: Mapping[str, Any], table: str, recipe: Recipe, folder: Path) -> dict[str, Grid | Distribution]:
+    """Grids and distributions of a table, by dotted names; names of files are relative to a folder."""
+    found: dict[str, Grid | Distribution] = {}
+    for name, each in _varied(tables.get(table, {}), "", table):
+        if name in found:
+            expected = "one of them"
+            cure = "By its dotted name and in a table it is the same."
+            raise ArgumentError(f"{table}.{name}", f"two values, {found[name].plain} and {each.plain}", expected, cure)
+        found[name] = each
+    return with_files(found, recipe, folder)
 
 
 def _varied(values: Mapping[str, Any], prefix: str, table: str) -> Generator[tuple[str, Grid | Distribution]]:
@@ -63,8 +73,9 @@ def _varied(values: Mapping[str, Any], prefix: str, table: str) -> Generator[tup
             if isinstance(value, list):
                 yield name, Grid(value)
             elif not isinstance(value, Mapping):
-                expected = "a list, { from = ..., to = ... }, or { distribution = ..., ... }"
-                raise ArgumentError("", repr(value), expected, "What does not vary belongs to [scenario].")
+                raise ArgumentError("", repr(value), VARIED, "What does not vary belongs to [scenario].")
+            elif not value:
+                raise ArgumentError("", "an empty table", VARIED, "Or leave it out.")
             elif DISTRIBUTION in value:
                 yield name, distribution_of(value)
             elif "from" in value or "to" in value:

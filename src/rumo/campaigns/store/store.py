@@ -18,6 +18,7 @@ from rumo.campaigns.tasks.task import Row, canonical
 from rumo.errors import ArgumentError, CampaignError, FileError
 from rumo.files import write_whole
 from rumo.locks import locked
+from rumo.scenarios.differences import differences
 from rumo.version import __version__
 
 if TYPE_CHECKING:
@@ -256,10 +257,9 @@ def _compare(found: Mapping[str, Any], wanted: Mapping[str, Any], folder: Path) 
     if found["rumo"] != wanted["rumo"]:
         raise ArgumentError("output", f"'{folder}' of Rumo {found['rumo']}", f"rows of Rumo {wanted['rumo']}", cure)
     if found["hash"] != wanted["hash"]:
-        before, now = found.get("identity", {}), wanted["identity"]
-        names = sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
-        differing = f", with another {', '.join(names)}" if names else ""
-        raise ArgumentError("output", f"'{folder}' of another campaign{differing}", "a folder of this campaign", cure)
+        words = differences(found.get("identity", {}), wanted["identity"])
+        got = f"'{folder}' of another campaign{f': {words}' if words else ''}"
+        raise ArgumentError("output", got, "a folder of this campaign", cure)
 
 
 @contextmanager

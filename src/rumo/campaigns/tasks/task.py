@@ -16,7 +16,8 @@ Row = dict[str, Any]
 class Task(TypedDict):
     """One run: `key` is the hash of all that it depends on; tasks of one `draw` differ by `controller` alone.
 
-    `log` says that the row shall bring the run's log, whatever came of it.
+    `log` says that the row shall bring the run's log, whatever came of it; `files`, the SHA-256 of files that its
+    settings name.
     """
 
     key: str
@@ -24,6 +25,7 @@ class Task(TypedDict):
     controller: str
     settings: Mapping[str, Plain]
     log: NotRequired[bool]
+    files: NotRequired[Mapping[str, str]]
 
 
 class Engine(Protocol):

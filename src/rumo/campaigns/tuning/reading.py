@@ -45,8 +45,8 @@ def tuning_of(tables: Mapping[str, Any], folder: Path = Path()) -> Tuning:
     with within("scenario"):
         recipe = Recipe.of(tables.get("scenario"), folder)
     objectives, limits = tables.get("objectives", {}), tables.get("limits", {})
-    search, over = varied_in(tables, "search"), varied_in(tables, "over")
-    return Tuning(recipe, search, over, objectives, limits, check=_check(tables), **settings)
+    search, over = (varied_in(tables, table, recipe, folder) for table in ("search", "over"))
+    return Tuning(recipe, search, over, objectives, limits, check=_check(tables, recipe, folder), **settings)
 
 
 def rehearsed(tuning: Tuning) -> Tuning:
@@ -74,7 +74,7 @@ def rehearse_search(drives: Campaign, search: Mapping[str, Any]) -> None:
             Campaign(drives.recipe, {name: Grid([*own, *choice.ends])}, controllers=drives.controllers).rehearse()
 
 
-def _check(tables: Mapping[str, Any]) -> Check | None:
+def _check(tables: Mapping[str, Any], recipe: Recipe, folder: Path) -> Check | None:
     if "check" not in tables:
         return None
     table = settings_in(tables, "check", CHECKS)
@@ -82,4 +82,5 @@ def _check(tables: Mapping[str, Any]) -> Check | None:
     if not isinstance(scenario, Mapping):
         raise ArgumentError("check.scenario", repr(scenario), "a table of settings")
     with within("check"):
-        return Check(varied_in(table, "vary"), table.get("runs"), flattened(scenario))
+        settings = recipe.located(flattened(scenario), folder)
+        return Check(varied_in(table, "vary", recipe, folder), table.get("runs"), settings)

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from rumo.campaigns.searching.samplers import SAMPLERS, SEVERAL
-from rumo.campaigns.searching.space import checked_search, options_of
+from rumo.campaigns.searching.space import checked_search, identity_of, options_of
 from rumo.campaigns.searching.trial_storage import is_url
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.specification.asked import kpi_key
@@ -206,7 +206,8 @@ class Tuning:
         plain = self.plain
         settings = {name: value for name, value in plain["tune"].items() if name not in ("trials", "storage")}
         others = {name: value for name, value in plain.items() if name not in ("check", "scenario")}
-        return {**others, "tune": settings, "recipe": self.recipe.identity}
+        over = self.drives.identity["vary"]
+        return {**others, "tune": settings, "over": over, **identity_of(self.recipe, self.search)}
 
 
 def own_settings(recipe: Recipe, controller: str, names: Iterable[str]) -> dict[str, Plain]:
