@@ -1,6 +1,7 @@
 """A campaign's report: what it says is so, whatever the rows are."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -199,3 +200,18 @@ def test_a_campaign_that_was_broken_off_says_so(results):
 def test_what_is_no_table_of_rows_says_so():
     with pytest.raises(rumo.ArgumentError, match="a table without 'draw'"):
         Results(made_up(2).drop(columns="draw"))
+
+
+def test_runs_by_different_builds_are_told(results):
+    rows = results.rows.copy()
+    rows["run.backend"] = ["portable" if who == "rti" else "numpy" for who in rows["controller"]]
+    same = report(replace(results, rows=rows))
+    assert same.summary["controllers"]["rti"]["builds"] == {"portable": 200}
+    assert same.warning == ""  # what drives differs from one controller to another anyway
+    rows.loc[rows.index[rows["controller"] == "rti"][:3], "run.backend"] = ["tailored", "tailored", None]
+    mixed = report(replace(results, rows=rows))
+    words = mixed.warning.replace("\u00a0", " ")
+    assert (
+        words
+        == "Runs were driven by different builds of the core, whose last digits differ (RTI: 197 portable, 2 tailored)."
+    )

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
@@ -15,8 +16,11 @@ import rumo
 from rumo.campaigns import pilots
 from rumo.campaigns.judging.criteria import Criterion
 from rumo.campaigns.judging.kept import read_results
+from rumo.campaigns.specification import Campaign
+from rumo.campaigns.specification.going_on import as_begun
 from rumo.campaigns.store import Store, read_rows
 from rumo.cli.app import app
+from rumo.scenarios import Recipe
 
 pytest.importorskip("distributed")
 pytest.importorskip("pyarrow")
@@ -38,6 +42,8 @@ noise_scale = { distribution = "uniform", low = 0.5, high = 2.0 }
 [criteria]
 close = { kpi = "tracking_error_max_after_2s_m", at_most = 0.5 }
 """
+
+TRUSTED = {"kpi": "fallbacks", "at_most": 0}
 
 
 @pytest.fixture(scope="module")
@@ -91,6 +97,33 @@ def test_more_runs_other_criteria_and_fewer_runs(rows, file, tmp_path):
         assert len(read_results(folder).rows) == count
     assert len(read_rows(folder)) == 8
     assert lasting(read_results(folder).rows).equals(lasting(rows))
+
+
+def test_other_criteria_where_figures_are_chosen(tmp_path):
+    """What rows know may be judged; of what they do not, it is said how to come to know it."""
+    begun = Campaign(Recipe("paper"), {"mass": [200.0]}, kpis=("tracking_error_rms",), criteria={"trusted": TRUSTED})
+    close = {"kpi": "tracking_error_rms_m", "at_most": 0.5}
+    with Store(tmp_path, begun.plain, begun.identity):
+        pass
+    for kpis, criteria in ((("fallbacks",), {"close": close}), (("fallbacks",), {}), (begun.kpis, {})):
+        again = as_begun(replace(begun, kpis=kpis, criteria=criteria), tmp_path)
+        assert (again.identity, list(again.tasks)) == (begun.identity, list(begun.tasks))
+        assert again.criteria.keys() == criteria.keys()
+    far = {"far": {"kpi": "distance_m", "at_least": 9.0}}
+    for change, said in (
+        (
+            {"criteria": far},
+            r"criteria\.far\.kpi: got 'distance_m', which the rows in .* do not have, expected one of ",
+        ),
+        ({"kpis": ("distance",)}, r"^kpis: got 'distance', which .* do not have.* Name another folder"),
+    ):
+        with pytest.raises(rumo.ArgumentError, match=said):
+            as_begun(replace(begun, **change), tmp_path)
+    other = replace(begun, criteria=far, seed=3)
+    assert as_begun(other, tmp_path) is other
+    with pytest.raises(rumo.ArgumentError, match=r"of another campaign: .*campaign\.seed was 0, is 3"):
+        Store(tmp_path, other.plain, other.identity)
+    assert as_begun(begun, tmp_path / "nowhere") is begun
 
 
 def test_another_campaign_in_the_folder(file, tmp_path):

@@ -7,6 +7,7 @@ from typer.testing import CliRunner
 
 from rumo.campaigns import work
 from rumo.campaigns.judging.kept import read_results
+from rumo.campaigns.rerun import Rerun, rerun_report
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.store import Store
 from rumo.cli.app import app
@@ -49,6 +50,26 @@ def test_a_run_is_made_again_bit_for_bit(folder, tmp_path):
     assert (summary["key"], summary["same"], summary["settings"]["speed"]) == (row["key"], True, row["setting.speed"])
     assert summary["kpis"]["tracking_error_rms_m"] == row["kpi.tracking_error_rms_m"]
     assert load(tmp_path / "again" / f"{row['key']}.nc").attrs["seed"] == row["setting.seed"]
+
+
+def test_what_was_made_otherwise_is_named_where_figures_differ():
+    made = {"run.backend": "tailored", "run.numpy": "2.0.1", "run.casadi": "3.6.0", "run.host": "a"}
+    row = {"outcome": "done", "kpi.fallbacks": 0.0, **made}
+
+    def told(**before):
+        found = Rerun("1f", "rti", 0, {}, None, None, row, {**row, **before}, ())
+        return found.told, rerun_report(found).summary
+
+    assert told()[0] == "It came to what its row says, bit for bit."
+    assert told(**{"run.numpy": "1.26"})[0] == "It came to what its row says, bit for bit."
+    other = {"kpi.fallbacks": 1.0}
+    assert told(**other)[0].endswith("Versions, build of the core and machine are the same, as far as its row says.")
+    words, content = told(**other, **{"run.backend": "portable", "run.numpy": "1.26", "run.casadi": None})
+    assert words == (
+        "Not what its row says: kpi.fallbacks came to another value. "
+        "It was not made with the same: numpy was 1.26, is 2.0.1; backend was portable, is tailored."
+    )
+    assert content["environment"]["backend"] == {"then": "portable", "now": "tailored"}
 
 
 @pytest.mark.parametrize(("key", "message"), [("zz", "expected the key of one of 2 runs"), ("", "the key of one of 2")])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import rumo
+from rumo.campaigns.judging.columns import MADE_WITH
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.work import WORK, prepare, run
 from rumo.scenarios import Recipe
@@ -64,6 +65,7 @@ def test_a_row_says_what_came_of_a_run(campaign, rows, tmp_path):
     assert not any("step_time" in name or "deadline" in name for name in same(row))
     assert row["run.step_time_p50_us"] <= row["run.step_time_p99_us"] <= row["run.step_time_max_us"]
     assert row["run.backend"] == "portable"
+    assert {f"run.{name}" for name in MADE_WITH} <= row.keys()
     assert all(type(value) in (type(None), bool, int, float, str, bytes) for value in row.values())
 
 

@@ -13,6 +13,7 @@ from rumo.campaigns.judging.kept import read_results
 from rumo.campaigns.judging.summary import worst
 from rumo.campaigns.pilots import pilots, require_known, require_short
 from rumo.campaigns.specification import Campaign
+from rumo.campaigns.specification.going_on import as_begun
 from rumo.campaigns.standing import Standing
 from rumo.campaigns.store import Store
 from rumo.campaigns.tasks.task import Engine
@@ -71,8 +72,8 @@ def campaign(
     CampaignError
         If no more runs can be carried out, or stored. What is stored stays.
     """
-    wanted = campaign_from(what)
     folder = folder_of(what, output)
+    wanted = as_begun(campaign_from(what), folder)
     with Store(folder, wanted.plain, wanted.identity) as store, engine_of(scheduler, jobs, serial=serial) as engine:
         conduct(wanted, engine, store, progress, yes=yes, retry_failed=retry_failed)
     return read_results(folder).rows

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rumo.campaigns.comparison.drives import over_time
-from rumo.campaigns.judging.columns import BY_KEY, KPI, STATUS, texts, title_of, unit_of
+from rumo.campaigns.judging.columns import BY_KEY, KPI, MADE_WITH, RUN, STATUS, texts, title_of, unit_of
 from rumo.campaigns.judging.criteria import Criterion
 from rumo.campaigns.judging.summary import plain
 from rumo.campaigns.report.drives import drive_figures
@@ -65,6 +65,23 @@ class Rerun:
         """Columns of which the value is not the same, bit for bit; those of times are not compared."""
         compared = [name for name in self.row if name.startswith((KPI, STATUS)) or name in ("outcome", "ended")]
         return [name for name in compared if plain(self.before.get(name)) != plain(self.row[name])]
+
+    @property
+    def environment(self) -> dict[str, tuple[Any, Any]]:
+        """What the two were not made with alike, by name: versions, build of the core, machine; then, and now."""
+        pairs = {name: tuple(plain(row.get(RUN + name)) for row in (self.before, self.row)) for name in MADE_WITH}
+        return {name: (then, now) for name, (then, now) in pairs.items() if then != now and None not in (then, now)}
+
+    @property
+    def told(self) -> str:
+        """Whether it came to the same, in words, and what may be why if it did not."""
+        if not self.differs:
+            return "It came to what its row says, bit for bit."
+        words = f"Not what its row says: {', '.join(self.differs)} came to another value."
+        made = [f"{name} was {then}, is {now}" for name, (then, now) in self.environment.items()]
+        if made:
+            return f"{words} It was not made with the same: {'; '.join(made)}."
+        return f"{words} Versions, build of the core and machine are the same, as far as its row says."
 
 
 def rerun(folder: str | Path, key: str) -> Rerun:
@@ -136,12 +153,7 @@ def _row(rows: Any, key: str) -> dict[str, Any]:
 def rerun_report(found: Rerun) -> Report:
     """Sentences, figures of merit and figures of a run that was made again."""
     same = not found.differs
-    told = (
-        "It came to what its row says, bit for bit."
-        if same
-        else f"Not what its row says: {', '.join(found.differs)} came to another value."
-    )
-    items: list[Item] = [told]
+    items: list[Item] = [found.told]
     items += [text for text in (found.error, found.row.get("ended")) if text]
     for criterion in found.criteria:
         why = criterion.why(found.row)
@@ -168,12 +180,13 @@ def rerun_report(found: Rerun) -> Report:
         "settings": dict(found.settings),
         "same": same,
         "differs": found.differs,
+        "environment": {name: {"then": then, "now": now} for name, (then, now) in found.environment.items()},
         "error": found.error,
         "ended": found.row.get("ended"),
         "kpis": values,
     }
     lead = f"{label(found.controller)}, draw {found.draw}: {settings_words(found.settings)}."
-    warning = "" if same else told
+    warning = "" if same else found.told
     return Report(f"Run {found.key}", lead, content, sections, warning)
 
 

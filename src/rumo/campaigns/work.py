@@ -36,6 +36,8 @@ TIMES = ("step_time", "deadline_misses")
 """Figures of merit that differ whenever a run is made."""
 STEP_TIMES = ("p50", "p99", "max")
 """Of which these are kept."""
+PACKAGES = ("casadi", "numpy", "scipy")
+"""Installed packages that compute something, of which rows have the versions."""
 COUNTS = "status_counts"
 FAILED, ALL, NONE = LOGS = ("failed", "all", "none")
 """Of which runs the log is kept at once: those that fail a criterion, all, or none."""
@@ -162,8 +164,8 @@ def _machine(controller: Controller | None) -> dict[str, Any]:
     return {
         f"{RUN}host": platform.node(),
         f"{RUN}rumo": __version__,
+        f"{RUN}machine": f"{platform.system()} {platform.machine()}",
         f"{RUN}python": platform.python_version(),
-        f"{RUN}casadi": version("casadi"),
-        f"{RUN}numpy": version("numpy"),
+        **{f"{RUN}{name}": version(name) for name in PACKAGES},
         f"{RUN}backend": getattr(controller, "backend", None),
     }

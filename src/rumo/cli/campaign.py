@@ -40,11 +40,12 @@ def campaign(
     """Drive a thousand times. What varies, who drives and what is asked is in a file; started again, it goes on."""
     with errors_in_words():
         from rumo.campaigns.conduct import campaign_from, conduct, engine_of, folder_of
+        from rumo.campaigns.specification.going_on import as_begun
         from rumo.campaigns.store import Store
         from rumo.errors import CampaignError
 
-        wanted = campaign_from(file)
         folder = folder_of(file, output)
+        wanted = as_begun(campaign_from(file), folder)
         stopped: BaseException | None = None
         with Store(folder, wanted.plain, wanted.identity) as store, engine_of(scheduler, jobs, serial=serial) as engine:
             tell_dashboard(engine, quiet)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from rumo.campaigns.judging.columns import DONE, RUN, STATUS, better_of, key_of, numbers, texts
+from rumo.campaigns.judging.columns import DONE, MADE_WITH, RUN, STATUS, better_of, key_of, numbers, texts
 from rumo.campaigns.judging.results import Results
 from rumo.campaigns.judging.statistics import discordance, paired, rank_correlation, wilson
 from rumo.signals import Array
@@ -17,8 +18,6 @@ from rumo.signals import Array
 WORST = 10
 """Runs that are named."""
 PERCENTILES = (5.0, 50.0, 95.0, 99.0)
-VERSIONS = ("rumo", "python", "casadi", "numpy", "backend", "host")
-"""What differs from one machine to another, in columns `run.NAME`."""
 ENDINGS = 8
 """Kinds of failure of each outcome that are named; the others are counted."""
 
@@ -37,7 +36,8 @@ def summary(results: Results, pairs: Iterable[tuple[str, str]] | None = None) ->
     -------
     dict
         `controllers`: for each the outcomes of its runs, how many pass each criterion and all, with Wilson's interval,
-        and for each figure of merit how many runs know it, mean, percentiles, least and most. `worst`: the worst runs
+        for each figure of merit how many runs know it, mean, percentiles, least and most, and which builds of the core
+        drove how many. `worst`: the worst runs
         by the first criterion. `rank_correlations`: by figure, setting and controller. `comparisons`: of each two
         controllers on the same draws. `failures`: what went wrong, by kind. `versions`: of what made the rows.
     """
@@ -79,7 +79,14 @@ def _controller(results: Results, name: str) -> dict[str, Any]:
         "all_criteria": share(results.passed[mine]) if judged else None,
         "kpis": {key_of(column): spread(results.values(column)[mine]) for column in results.figures},
         "statuses": {status: int(count) for status, count in steps.items() if count},
+        "builds": _builds(results, name),
     }
+
+
+def _builds(results: Results, name: str) -> dict[str, int]:
+    """Which builds of the core, tailored or portable, drove how many of a controller's runs, as far as rows say."""
+    named = zip(texts(results.rows, f"{RUN}backend"), results.of(name).tolist(), strict=True)
+    return dict(sorted(Counter(build for build, mine in named if mine and build).items()))
 
 
 def share(passes: Any) -> dict[str, Any]:
@@ -198,7 +205,7 @@ def kind_of(message: str) -> str:
 def versions(results: Results) -> dict[str, dict[str, int]]:
     """How many runs were made by which versions, and on which machines."""
     found: dict[str, dict[str, int]] = {}
-    for name in VERSIONS:
+    for name in MADE_WITH:
         named, counts = np.unique([text or "-" for text in texts(results.rows, RUN + name)], return_counts=True)
         if RUN + name in results.rows.columns:
             found[name] = dict(zip(named.tolist(), counts.tolist(), strict=True))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from rumo.campaigns.judging.results import Results
 from rumo.campaigns.judging.summary import summary
 from rumo.campaigns.report.dependence import dependences
@@ -12,7 +15,7 @@ from rumo.campaigns.report.pairs import pairs
 from rumo.campaigns.report.spread import spreads
 from rumo.campaigns.report.worst import worst_runs
 from rumo.report.contents import Report
-from rumo.report.tables import number
+from rumo.report.tables import counts, number
 from rumo.studies.looks import label
 
 
@@ -36,7 +39,7 @@ def report(results: Results) -> Report:
         made_with(content, results),
     ]
     sections = [section for section in found if section is not None]
-    return Report(f"Campaign {results.name}", _lead(results), content, sections, _warning(results))
+    return Report(f"Campaign {results.name}", _lead(results), content, sections, _warning(content, results))
 
 
 def _lead(results: Results) -> str:
@@ -48,10 +51,15 @@ def _lead(results: Results) -> str:
     return f"{number(draws)} {'draws' if draws > 1 else 'draw'}, {each} {drivers}{varied}."
 
 
-def _warning(results: Results) -> str:
-    if results.asked is None or results.asked <= len(results.rows):
-        return ""
-    return (
-        f"Incomplete: {number(len(results.rows))} of {number(results.asked)} runs are done. "
-        "Start the campaign again to go on."
-    )
+def _warning(content: Mapping[str, Any], results: Results) -> str:
+    sentences: list[str] = []
+    if results.asked is not None and results.asked > len(results.rows):
+        sentences += [
+            f"Incomplete: {number(len(results.rows))} of {number(results.asked)} runs are done.",
+            "Start the campaign again to go on.",
+        ]
+    mixed = {name: of["builds"] for name, of in content["controllers"].items() if len(of["builds"]) > 1}
+    if mixed:
+        words = "; ".join(f"{label(name)}: {counts(builds)}" for name, builds in mixed.items())
+        sentences.append(f"Runs were driven by different builds of the core, whose last digits differ ({words}).")
+    return " ".join(sentences)
