@@ -111,7 +111,7 @@ def test_keys_are_of_all_that_decides_a_row(tmp_path, monkeypatch):
         key(kpis=("fallbacks",)),
         key(PAPER.with_settings({"speed": 9.0})),
     ]
-    monkeypatch.setattr("rumo.campaigns.specification.campaign.__version__", "0.0")
+    monkeypatch.setattr("rumo.campaigns.specification.keys.__version__", "0.0")
     assert len({first, *others, key()}) == 7
 
 

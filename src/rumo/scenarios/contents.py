@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from rumo.errors import ArgumentError
 from rumo.scenarios.arguments import Plain
@@ -33,14 +33,14 @@ def located(value: Plain, folder: Path) -> Plain:
     return value
 
 
-def files_in(value: Plain) -> set[str]:
-    """Those of a value, or of a list of values, that are files."""
+def files_in(value: Plain, digests: Mapping[str, str]) -> set[str]:
+    """Those of a value, or of a list of values, that are known files."""
     if isinstance(value, list):
-        return set[str]().union(*map(files_in, value))
-    return {value} if isinstance(value, str) and is_file(Path(value)) else set()
+        return set[str]().union(*(files_in(item, digests) for item in value))
+    return {value} if isinstance(value, str) and value in digests else set()
 
 
-def by_content(value: Any, digests: dict[str, str]) -> Any:
+def by_content(value: Plain, digests: dict[str, str]) -> Plain:
     """A value, or a list of such, with what is in a file for its name.
 
     Parameters
@@ -48,14 +48,15 @@ def by_content(value: Any, digests: dict[str, str]) -> Any:
     value : plain data
         Of an argument that may name a file.
     digests : dict of str to str
-        Of files by their names, of those that are known; others are added.
+        SHA-256 of files by their names, of those that are known; others are added.
     """
     if isinstance(value, list):
         return [by_content(item, digests) for item in value]
-    for name in files_in(value):
-        if name not in digests:
-            digests[name] = digest(Path(name), "settings", "a file that can be read")
-    return {"sha256": digests[value]} if isinstance(value, str) and value in digests else value
+    if not isinstance(value, str):
+        return value
+    if value not in digests and is_file(Path(value)):
+        digests[value] = digest(Path(value), "settings", "a file that can be read")
+    return {"sha256": digests[value]} if value in digests else value
 
 
 def is_file(path: Path) -> bool:

@@ -36,17 +36,19 @@ def read_tables(path: str | Path) -> dict[str, Any]:
 
 
 def flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, Plain]:
-    """Values by dotted names; a table with `kind`, or `from` and `to`, is a value, and so is an empty one.
+    """Values by dotted names; a table with `kind`, or `from` and `to`, is a value.
 
     Raises
     ------
     ArgumentError
-        If one has two values: by its dotted name, and in a table.
+        If a table is empty, or a name has two values: as a dotted one, and in a table.
     """
     found: dict[str, Plain] = {}
     for key, value in table.items():
         name, whole = f"{prefix}{key}", cast("Plain", value)
-        nested = isinstance(value, Mapping) and value and KIND not in value and not is_range(value)
+        nested = isinstance(value, Mapping) and KIND not in value and not is_range(value)
+        if nested and not value:
+            raise ArgumentError(name, "an empty table", "a value, or a table of values", "Or leave it out.")
         for inner, item in (flattened(value, f"{name}.") if nested else {name: whole}).items():
             if inner in found:
                 got = f"two values, {found[inner]!r} and {item!r}"

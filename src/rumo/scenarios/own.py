@@ -35,7 +35,7 @@ def identity(base: str) -> dict[str, Plain]:
     found: dict[str, Plain] = {"sha256": digest(path), "name": name}
     modules = modules_beside(path)
     if modules:
-        found["modules"] = {**modules}
+        found["modules"] = {module: {"sha256": content} for module, content in modules.items()}
     return found
 
 

@@ -15,7 +15,7 @@ from rumo.errors import ArgumentError, UnknownNameError
 from rumo.files import write_whole
 from rumo.scenarios.arguments import Argument, Plain, arguments_of
 from rumo.scenarios.bases import BASES
-from rumo.scenarios.contents import by_content, files_in, located
+from rumo.scenarios.contents import by_content, located
 from rumo.scenarios.files import flattened, read_tables, written
 from rumo.scenarios.own import SEPARATOR, identity, own, split
 from rumo.scenarios.parts import parts_of
@@ -91,29 +91,13 @@ class Recipe:
 
     def located(self, settings: Mapping[str, Plain], folder: Path = Path()) -> dict[str, Plain]:
         """Settings in which files that lie in a folder, named by arguments of the base, have their whole paths."""
-        return {name: located(value, folder) if self.names_files(name) else value for name, value in settings.items()}
+        named = {name: located(settings[name], folder) for name in self.naming_files & settings.keys()}
+        return {name: named.get(name, value) for name, value in settings.items()}
 
-    def names_files(self, name: str) -> bool:
-        """Whether a setting is an argument of the base that may name a file."""
-        return name in self.arguments and self.arguments[name].file
-
-    def files_in(self, settings: Mapping[str, Plain]) -> set[str]:
-        """Files that are named by settings."""
-        return set[str]().union(*(files_in(value) for name, value in settings.items() if self.names_files(name)))
-
-    def by_content(self, settings: Mapping[str, Plain], digests: dict[str, str] | None = None) -> dict[str, Plain]:
-        """Settings with what is in files for their names.
-
-        Parameters
-        ----------
-        settings : mapping of str to plain data
-            By name; a value may be a list of values.
-        digests : dict of str to str, optional
-            Of files by their names, of those that are known; others are added.
-        """
-        known = {} if digests is None else digests
-        named = {name: value for name, value in settings.items() if self.names_files(name)}
-        return {**settings, **{name: by_content(value, known) for name, value in named.items()}}
+    @property
+    def naming_files(self) -> frozenset[str]:
+        """Settings, arguments of the base, that may name files."""
+        return frozenset(name for name, argument in self.arguments.items() if argument.file)
 
     def to_toml(self, path: str | Path) -> None:
         """Write a file that `from_toml` reads; an old one is replaced.
@@ -179,7 +163,8 @@ class Recipe:
     def identity(self) -> dict[str, Plain]:
         """Plain data that differs if the run may: of files, what is in them, not where they are."""
         base: Plain = self.base if self.base in BASES else identity(self.base)
-        return {BASE: base, "settings": self.by_content(self.settings)}
+        named = {name: by_content(self.settings[name], {}) for name in self.naming_files & self.settings.keys()}
+        return {BASE: base, "settings": {**self.settings, **named}}
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,8 +20,7 @@ KPI, SETTING, STATUS, RUN = "kpi.", "setting.", "status.", "run."
 """With which names of columns begin: figures of merit, settings of a draw, counts of statuses, and what differs from
 one time to the next."""
 MADE_WITH = ("rumo", "python", "casadi", "numpy", "scipy", "backend", "machine", "host")
-"""What is no setting and yet decides the last digits, in columns `run.NAME`: versions, the build that drove, the machine's
-kind and name."""
+"""What is no setting and yet decides last digits, in columns `run.NAME`: versions, the build that drove, machines."""
 SEED = "seed"
 """The last part of names of settings that number what happens by chance, and do not measure anything."""
 

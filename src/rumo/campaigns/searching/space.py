@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from rumo.campaigns.searching.samplers import CMA_ES
 from rumo.campaigns.specification.distributions import Choice, Distribution, Integers, LogUniform, Uniform
-from rumo.campaigns.specification.files import files_among, with_files
+from rumo.campaigns.specification.files import digests_of, with_files
 from rumo.campaigns.specification.sampling import Grid, as_varied
 from rumo.checks import as_mapping, positive_number, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.registry import CONTROLLERS
 from rumo.scenarios import Recipe
-from rumo.scenarios.contents import digest
 from rumo.scenarios.differences import CONTENT
 from rumo.scenarios.settings import LEAVES
 
@@ -59,7 +57,7 @@ def identity_of(recipe: Recipe, space: Mapping[str, Distribution | Grid]) -> dic
 
     Where files are belongs to the space: storages know them by their names.
     """
-    files: dict[str, Any] = {name: {CONTENT: digest(Path(name))} for name in sorted(files_among(space, recipe))}
+    files: dict[str, Any] = {name: {CONTENT: content} for name, content in digests_of(space, recipe).items()}
     return {"recipe": recipe.identity, **({"files": files} if files else {})}
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -12,12 +11,11 @@ from typing import Any
 
 from rumo.campaigns.specification.asked import as_criterion, as_report, kpi_name
 from rumo.campaigns.specification.distributions import Distribution
-from rumo.campaigns.specification.files import by_content, with_files
+from rumo.campaigns.specification.files import plain_by_content, with_files
+from rumo.campaigns.specification.keys import Keys
 from rumo.campaigns.specification.reading import campaign_arguments, errors_of
 from rumo.campaigns.specification.rehearsal import rehearse
 from rumo.campaigns.specification.sampling import SAMPLINGS, SEED, Draws, as_varied
-from rumo.campaigns.store.store import FORMAT
-from rumo.campaigns.tasks.task import canonical
 from rumo.campaigns.work import CONTROLLER, LOGS
 from rumo.checks import as_mapping, checked, known_names, positive_number, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
@@ -26,7 +24,6 @@ from rumo.scenarios import Plain, Recipe
 from rumo.scenarios.files import read_tables
 from rumo.scenarios.parts import parts_of
 from rumo.studies.kpis import KPIS
-from rumo.version import __version__
 
 MOST_RUNS = 10_000_000
 APART = 1_000_000
@@ -250,27 +247,16 @@ class Campaign:
         plain = self.plain
         free = () if self.sampling == "latin-hypercube" else ("runs",)
         settings = {name: value for name, value in plain["campaign"].items() if name not in (*ADJUSTABLE, *free)}
-        vary = by_content(self.vary, self.recipe, self._digests)
+        vary = plain_by_content(self.vary, self.recipe, self._keys.digests)
         return {"campaign": settings, "scenario": self.recipe.identity, "vary": vary}
 
     @cached_property
-    def _digests(self) -> dict[str, str]:
-        """SHA-256 of files among what varies, as they were when they were first asked for."""
-        return {}
-
-    @cached_property
-    def _identity(self) -> dict[str, Any]:
-        """What decides the rows of all tasks."""
-        return {"format": FORMAT, "rumo": __version__, "recipe": self.recipe.identity, "kpis": sorted(self.kpis or ())}
+    def _keys(self) -> Keys:
+        return Keys(self.recipe, self.kpis or ())
 
     def task(self, draw: int, controller: str, further: Mapping[str, Plain] | None = None) -> dict[str, Any]:
         """A run, perhaps with further settings: its key is the hash of all that decides its row."""
-        settings = {**(further or {}), **self.settings(draw)}
-        decided = {"settings": self.recipe.by_content(settings, self._digests), "controller": controller, "draw": draw}
-        key = hashlib.sha256(canonical(self._identity | decided).encode()).hexdigest()[:16]
-        task: dict[str, Any] = {"key": key, "draw": draw, "controller": controller, "settings": settings}
-        files = {name: self._digests[name] for name in sorted(self.recipe.files_in(settings))}
-        return task | ({"files": files} if files else {})
+        return self._keys.task(draw, controller, {**(further or {}), **self.settings(draw)})
 
 
 class Tasks(Collection[Any]):

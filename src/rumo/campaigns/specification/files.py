@@ -10,6 +10,7 @@ from typing import Any
 from rumo.campaigns.specification.distributions import Choice, Distribution
 from rumo.campaigns.specification.sampling import Grid
 from rumo.scenarios import Recipe
+from rumo.scenarios.contents import by_content, located
 
 Varied = Grid | Distribution
 
@@ -27,37 +28,38 @@ def with_files(vary: Mapping[str, Varied], recipe: Recipe, folder: Path = Path()
         That of the file in which all this is said; the current one if not given.
     """
     found = dict(vary)
-    for name, each in vary.items():
-        values = _listed(each)
-        if values is None or not recipe.names_files(name):
-            continue
-        there: Any = recipe.located({name: values}, folder)[name]
+    for name, values in _listed(vary, recipe).items():
+        there: Any = located(values, folder)
         if there != values:
+            each = vary[name]
             found[name] = replace(each, among=there) if isinstance(each, Choice) else Grid(there)
     return found
 
 
-def files_among(vary: Mapping[str, Varied], recipe: Recipe) -> set[str]:
-    """Files that what varies may be."""
-    listed = {name: _listed(each) for name, each in vary.items()}
-    return recipe.files_in({name: values for name, values in listed.items() if values is not None})
+def digests_of(vary: Mapping[str, Varied], recipe: Recipe) -> dict[str, str]:
+    """SHA-256 of files that what varies may be, by their names."""
+    digests: dict[str, str] = {}
+    for values in _listed(vary, recipe).values():
+        by_content(values, digests)
+    return dict(sorted(digests.items()))
 
 
-def by_content(vary: Mapping[str, Varied], recipe: Recipe, digests: dict[str, str]) -> dict[str, Any]:
-    """What varies as plain data, with what is in files for their names; see `Recipe.by_content`."""
-    found: dict[str, Any] = {}
-    for name, each in vary.items():
-        values = _listed(each)
-        plain: Any = each.plain
-        if values is not None:
-            content = recipe.by_content({name: values}, digests)[name]
-            plain = {**plain, "among": content} if isinstance(each, Choice) else content
-        found[name] = plain
+def plain_by_content(vary: Mapping[str, Varied], recipe: Recipe, digests: dict[str, str]) -> dict[str, Any]:
+    """What varies as plain data, with what is in files for their names; see `rumo.scenarios.contents.by_content`."""
+    found: dict[str, Any] = {name: each.plain for name, each in vary.items()}
+    for name, values in _listed(vary, recipe).items():
+        content = by_content(values, digests)
+        found[name] = {**found[name], "among": content} if isinstance(vary[name], Choice) else content
     return found
 
 
-def _listed(each: Varied) -> list[Any] | None:
-    """Values that are told one by one."""
-    if isinstance(each, Choice):
-        return list(each.among)
-    return list(each.values) if isinstance(each, Grid) and not isinstance(each.values, range) else None
+def _listed(vary: Mapping[str, Varied], recipe: Recipe) -> dict[str, list[Any]]:
+    """Values that are told one by one, of what may name files."""
+    found: dict[str, list[Any]] = {}
+    for name in vary.keys() & recipe.naming_files:
+        each = vary[name]
+        if isinstance(each, Choice):
+            found[name] = list(each.among)
+        elif isinstance(each, Grid) and not isinstance(each.values, range):
+            found[name] = list(each.values)
+    return found
