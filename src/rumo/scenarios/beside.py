@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import os
 import sys
 from collections.abc import Generator, Mapping
 from functools import lru_cache
@@ -37,23 +38,31 @@ def modules_beside(path: Path) -> dict[str, str]:
     """
     folder = path.parent
     found: dict[str, str] = {}
+    there: dict[Path, set[str]] = {}
     waiting = [] if INSTALLED & {*folder.parts} else [(path, "")]
     while waiting:
         file, package = waiting.pop()
         for name in _imported(file.read_bytes(), package) if file.suffix in SOURCE_SUFFIXES else ():
-            for module, place in _along(folder, name):
+            for module, place in _along(folder, name, there):
                 if module not in found:
                     found[module] = digest(place)
                     waiting.append((place, module if place.stem == "__init__" else module.rpartition(".")[0]))
     return dict(sorted(found.items()))
 
 
-def _along(folder: Path, name: str) -> Generator[tuple[str, Path]]:
-    """Modules on the way to a dotted name, the last one perhaps no module, with their files."""
+def _along(folder: Path, name: str, there: dict[Path, set[str]]) -> Generator[tuple[str, Path]]:
+    """Modules on the way to a dotted name, the last one perhaps no module, with their files.
+
+    Of most names nothing is there: folders are listed once, into `there`.
+    """
     parts = name.split(".")
     if parts[0] in sys.stdlib_module_names:
         return
     for i, part in enumerate(parts, 1):
+        if folder not in there:
+            there[folder] = {entry.partition(".")[0] for entry in os.listdir(folder)}
+        if part not in there[folder]:
+            return
         inner = folder / part
         suffixes = (*EXTENSION_SUFFIXES, *SOURCE_SUFFIXES)
         places = [*(inner / f"__init__{suffix}" for suffix in suffixes), *(folder / f"{part}{s}" for s in suffixes)]
