@@ -23,6 +23,7 @@ from rumo.campaigns.work import WORK
 from rumo.errors import ArgumentError
 from rumo.report.contents import Beside, Item, Report, Section
 from rumo.report.tables import Table, number
+from rumo.scenarios.differences import differences
 from rumo.simulation.log import load
 from rumo.studies.looks import label
 
@@ -99,7 +100,8 @@ def rerun(folder: str | Path, key: str) -> Rerun:
     ArgumentError
         If there is no campaign, no such run or several, or if a file or a version that decides it is not what it was.
     """
-    specification = read_head(folder)["specification"]
+    head = read_head(folder)
+    specification = head["specification"]
     if not {"campaign", "falsify"} & specification.keys():
         cure = "Its settings are in its row, and in summary.json."
         raise ArgumentError(
@@ -107,12 +109,13 @@ def rerun(folder: str | Path, key: str) -> Rerun:
         )
     rows = read_rows(folder)
     before = _row(rows, key)
-    campaign, further = _campaign_of(specification, before)
+    campaign, further, identity = _campaign_of(specification, before)
     task = campaign.task(int(before["draw"]), str(before["controller"]), further)
     if task["key"] != before["key"]:
+        words = differences(head.get("identity", {}), identity)
         raise ArgumentError(
             "key",
-            f"{before['key']}, which is now the run {task['key']}",
+            f"{before['key']}, which is now the run {task['key']}{f': {words}' if words else ''}",
             "a run of which nothing has changed",
             f"It was made by Rumo {before.get('run.rumo')}; that version, and the files as they were, repeat it.",
         )
@@ -131,14 +134,17 @@ def _loaded(log: bytes) -> xr.Dataset:
         return load(place)
 
 
-def _campaign_of(specification: Mapping[str, Any], before: Mapping[str, Any]) -> tuple[Campaign, dict[str, Any]]:
-    """The campaign that a row is of, and what is set on top of it: the disturbance, if that was looked for."""
+def _campaign_of(
+    specification: Mapping[str, Any], before: Mapping[str, Any]
+) -> tuple[Campaign, dict[str, Any], dict[str, Any]]:
+    """The campaign that a row is of, what is set on top of it, the disturbance if that was looked for, and identity."""
     if "falsify" not in specification:
-        return Campaign.of(specification), {}
+        campaign = Campaign.of(specification)
+        return campaign, {}, campaign.identity
     from rumo.campaigns.falsification.reading import TABLES, falsification_of
 
     found = falsification_of({name: specification[name] for name in TABLES})
-    return found.drives, {name: plain(before[f"setting.{name}"]) for name in found.search}
+    return found.drives, {name: plain(before[f"setting.{name}"]) for name in found.search}, found.identity
 
 
 def _row(rows: Any, key: str) -> dict[str, Any]:
