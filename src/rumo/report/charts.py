@@ -9,6 +9,9 @@ import numpy as np
 
 from rumo.signals import Array
 
+FEW_DECADES = 2.5
+"""Up to which powers of ten are too few for the ticks of a logarithmic axis."""
+
 
 @dataclass(frozen=True)
 class Look:

@@ -10,7 +10,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rumo.files import write_whole
-from rumo.report.charts import LIMIT, MARKS, SCALE, Chart, Colored, HeatMap, Line, Panels, bins, on_color
+from rumo.report.charts import (
+    FEW_DECADES,
+    LIMIT,
+    MARKS,
+    SCALE,
+    Chart,
+    Colored,
+    HeatMap,
+    Line,
+    Panels,
+    bins,
+    on_color,
+)
 from rumo.report.charts import Figure as Content
 
 if TYPE_CHECKING:
@@ -29,7 +41,6 @@ MARKERS = {
     "star": "*",
 }
 LEGEND_COLUMNS = 5
-FEW_DECADES = 2.5
 WINDOWLESS = ("agg", "cairo", "pdf", "pgf", "ps", "svg", "template")
 """Backends of matplotlib that only write files."""
 ENDINGS = ("png", "pdf")

@@ -6,7 +6,21 @@ from typing import Any
 
 import numpy as np
 
-from rumo.report.charts import LIMIT, MARKS, SCALE, Chart, Colored, Figure, HeatMap, Line, Panels, bins, on_color
+from rumo.report.charts import (
+    FEW_DECADES,
+    LIMIT,
+    MARKS,
+    SCALE,
+    Chart,
+    Colored,
+    Figure,
+    HeatMap,
+    Line,
+    Panels,
+    bins,
+    on_color,
+)
+from rumo.signals import Array
 
 WIDE, NARROW = 740, 330
 """Widths that legends must do with [px]."""
@@ -121,9 +135,9 @@ def _plot_panels(content: Panels) -> Any:
         figure.add_scatter(x=[None], y=[None], name=content.shaded[2], mode="markers", marker=square, opacity=0.15)
     _scale(figure, content)
     for i in content.logarithmic_x:
-        figure.update_xaxes(
-            type="log", exponentformat="power", row=i // content.columns + 1, col=i % content.columns + 1
-        )
+        _, lines = content.panels[i]
+        place = {"row": i // content.columns + 1, "col": i % content.columns + 1}
+        figure.update_xaxes(_logarithmic([line.x for line in lines]), **place)
     figure.update_xaxes(showticklabels=True)
     if content.names:
         places, names = zip(*content.names, strict=True)
@@ -214,10 +228,24 @@ def _legend_height(names: list[str], width: int) -> int:
 
 
 def _scale(figure: Any, content: Chart | Panels) -> None:
+    lines = content.lines if isinstance(content, Chart) else [line for _, lines in content.panels for line in lines]
     if "x" in content.logarithmic:
-        figure.update_xaxes(type="log", exponentformat="power")
+        binned = content.histogram if isinstance(content, Chart) else None
+        figure.update_xaxes(_logarithmic([*(line.x for line in lines), *([binned.y] if binned is not None else [])]))
     if "y" in content.logarithmic:
-        figure.update_yaxes(type="log", exponentformat="power")
+        figure.update_yaxes(_logarithmic([line.y for line in lines]))
+
+
+def _logarithmic(curves: list[Array]) -> dict[str, Any]:
+    """A logarithmic axis for such values."""
+    axis = {"type": "log", "exponentformat": "power"}
+    values = np.concatenate([[], *(np.ravel(curve) for curve in curves)])
+    values = values[np.isfinite(values) & (values > 0.0)]
+    if not len(values) or np.log10(values.max() / values.min()) >= FEW_DECADES:
+        return axis
+    decades = np.arange(np.floor(np.log10(values.min())), np.ceil(np.log10(values.max())) + 1.0)
+    ticks = np.outer(10.0**decades, [1.0, 2.0, 5.0]).ravel()
+    return axis | {"tickvals": ticks, "ticktext": [f"{tick:g}" for tick in ticks]}
 
 
 def _colored(curve: Colored) -> dict[str, Any]:

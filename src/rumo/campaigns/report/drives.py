@@ -13,7 +13,7 @@ from rumo.signals import Array
 from rumo.simulation.log import names, signal
 from rumo.simulation.variables import SKIPPED
 from rumo.status import Status
-from rumo.studies.kpis import tracking_error
+from rumo.studies.kpis import SETTLED, tracking_error
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,8 +54,11 @@ def _place(log: xr.Dataset, key: str, *, reference: bool) -> Chart:
         to = signal(log, "reference", "p_x"), signal(log, "reference", "p_y")
         shown = _shown(error)
         lines.append(Line("Reference", slim(to[0][shown]), slim(to[1][shown]), REFERENCE))
-        at = int(np.nanargmax(error)) if np.isfinite(error).any() else 0
-        worst.append(Line("Farthest off", slim(x[at : at + 1]), slim(y[at : at + 1]), AT_WORST))
+        settled = np.where(log["time"].to_numpy() >= SETTLED, error, np.nan)  # as figures of merit have it
+        late = bool(np.isfinite(settled).any())
+        at = int(np.nanargmax(settled if late else error)) if np.isfinite(error).any() else 0
+        name = f"Farthest off after {SETTLED:g} s" if late else "Farthest off"
+        worst.append(Line(name, slim(x[at : at + 1]), slim(y[at : at + 1]), AT_WORST))
     shown = _shown(np.hypot(x, y))
     lines.append(Line("Plant", slim(x[shown]), slim(y[shown]), DROVE))
     spans = float(np.ptp(x[np.isfinite(x)])), float(np.ptp(y[np.isfinite(y)]))
