@@ -17,7 +17,7 @@ class FakeEngine:
     def __exit__(self, *_):
         pass
 
-    def rows(self, work, common, tasks):
+    def rows(self, work, common, tasks, meanwhile=None):
         for task in tasks:
             if self.most is not None and len(self.driven) >= self.most:
                 raise KeyboardInterrupt

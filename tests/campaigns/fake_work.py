@@ -85,6 +85,14 @@ def note(common, task):
         file.write(f"{task['key']} {os.getpid()}\n")
 
 
+def wait_for_rows(common, task):
+    """End as soon as rows of others are stored."""
+    deadline = time.monotonic() + 10.0
+    while not (parts := [*Path(common["campaign"]).glob("rows/*.parquet")]) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return {"kpi.parts": len(parts)}
+
+
 def raise_with_a_log(common, task):
     error = ValueError("lost\nthe way")
     error.row = {"log": b"so far", "kpi.double": 1.0}
@@ -116,6 +124,7 @@ BEHAVIOURS = {
     "no plain data": lambda common, task: {"kpi.what": object()},
     "use up memory": use_up_memory,
     "note": note,
+    "wait for rows": wait_for_rows,
     "threads": lambda common, task: {"threads": os.environ["OMP_NUM_THREADS"], "cwd": sys.path[0]},
 }
 

@@ -44,6 +44,21 @@ def test_tasks_are_read_as_they_are_needed():
     assert len(read) < 20 * LARGEST
 
 
+def test_what_was_not_done_is_taken_again_first():
+    batches = Batches(Tasks(40))
+    for seconds in (0.05, 0.05):
+        batches.learn(len(batches.take(1)), seconds)
+    first = batches.take(1)
+    assert len(first) == 16
+    batches.learn(1, 30.0)
+    batches.put_back(first[1:])
+    taken = []
+    while batch := batches.take(1):
+        assert len(batch) == 1
+        taken += batch
+    assert [each["draw"] for each in taken] == [*range(6, 40)]
+
+
 def test_a_first_batch_that_took_no_time():
     batches = Batches(Tasks(5))
     batches.learn(len(batches.take(1)), 0.0)

@@ -14,7 +14,7 @@ from fake_work import Tasks, task
 
 import rumo.campaigns.store.parts
 from rumo.campaigns.carrying_out import carry_out
-from rumo.campaigns.engines import SerialEngine
+from rumo.campaigns.engines import DaskEngine, SerialEngine
 from rumo.campaigns.standing import Standing, in_words
 from rumo.campaigns.store import Store, read_rows
 from rumo.errors import CampaignError
@@ -67,6 +67,18 @@ def test_failed_runs_are_made_again_on_demand(tmp_path):
     assert list(read_rows(tmp_path)["outcome"]) == ["done", "raised", "raised"]
     carried_out(tmp_path, tasks, common, retry_failed=True)
     assert list(read_rows(tmp_path)["outcome"]) == ["done", "raised", "done"]
+
+
+@pytest.mark.parametrize("engine", ["serial", "embedded"])
+def test_rows_do_not_wait_for_a_run_that_takes_long(tmp_path, monkeypatch, engine):
+    monkeypatch.setattr("rumo.campaigns.store.store.PAUSE", 0.2)
+    tasks = [task(0), task(1), task(2, "wait for rows")]
+    with (
+        SerialEngine() if engine == "serial" else DaskEngine(workers=1) as carrying,
+        Store(tmp_path, SPECIFICATION) as store,
+    ):
+        carry_out(WORK, {"campaign": str(tmp_path)}, tasks, carrying, store)
+    assert read_rows(tmp_path)["kpi.parts"][2] == 1
 
 
 def test_ctrl_c_keeps_what_has_come(tmp_path):

@@ -78,6 +78,9 @@ def test_by_command_there_are_the_same_rows_and_a_report(rows, file, tmp_path):
     result = runner.invoke(app, ["campaign", str(file), "--output", str(folder), "--jobs", "2"])
     assert result.exit_code == 0, result.output
     assert lasting(read_rows(folder)).equals(lasting(rows))
+    told = [line for line in result.stderr.splitlines() if "runs" in line]
+    assert told[0] == "0/6 runs; the first ones say how long all take"
+    assert told[-1].startswith("6/6 runs")
     assert "close, largest error after 2 s at most 0.5 m: RTI passes" in " ".join(
         result.stdout.split()
     ).lower().replace("rti", "RTI")

@@ -5,7 +5,8 @@ import socket
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from types import SimpleNamespace
 
 import fake_work
 import pandas as pd
@@ -153,6 +154,43 @@ def test_more_tasks_than_memory_should_hold(embedded):
         next(rows)
     rows.close()
     assert len(read) < 100_000
+
+
+def test_batches_come_back_before_all_of_a_batch_is_done(embedded, serial_rows, monkeypatch):
+    monkeypatch.setattr(on_worker, "LONGEST", 0.05)
+    assert rows_of(embedded, mixed_tasks(COUNT), MIXED) == serial_rows
+
+
+def test_a_run_that_ends_each_worker(embedded, monkeypatch):
+    from distributed import KilledWorker
+
+    def kill(*begin):
+        if any(each["draw"] == 7 for each in begin[-1]):
+            raise KilledWorker("a batch", SimpleNamespace(address="somewhere"), 3)
+        return on_worker.carry_out_batch(*begin)
+
+    monkeypatch.setattr("rumo.campaigns.engines.dask.carry_out_batch", kill)
+    rows = {row["draw"]: row for row in embedded.rows(WORK, {}, Tasks(30))}
+    assert sorted(rows) == [*range(30)]
+    assert {draw for draw, row in rows.items() if row["outcome"] != "done"} == {7}
+    assert (rows[7]["outcome"], rows[7]["attempts"]) == ("crashed", 4)
+    assert rows[7]["run.wall_time_s"] is rows[7]["run.started"] is None
+
+
+@pytest.mark.parametrize("serial", [True, False])
+def test_what_is_called_meanwhile_may_end_the_work(embedded, monkeypatch, serial):
+    monkeypatch.setattr("rumo.campaigns.tasks.process.HEARTBEAT", 0.05)
+    monkeypatch.setattr("rumo.campaigns.engines.dask.HEARTBEAT", 0.05)
+
+    def fail():
+        raise CampaignError("the disk is full")
+
+    with SerialEngine() if serial else nullcontext(embedded) as engine:
+        rows = engine.rows(WORK, {}, [task(0), task(1, "never end")], fail)
+        with pytest.raises(CampaignError, match="the disk is full"):
+            list(rows)
+        # Not the answer of the run that was broken off.
+        assert [row["key"] for row in engine.rows(WORK, {}, [task(2)])] == ["quick-2-rti"]
 
 
 def test_work_that_cannot_be_prepared(embedded):

@@ -153,6 +153,33 @@ def test_compaction_sorts_and_may_be_broken_off(folder, monkeypatch):
     assert len(files(folder)) == 1
 
 
+def test_what_is_compact_is_not_written_again(folder):
+    stored(folder, [row(1)], [row(0)])
+    for _ in range(2):
+        with Store(folder, SPECIFICATION) as store:
+            store.compact()
+        assert files(folder) == ["000003.parquet"]
+    stored(folder, [row(2)])
+    with Store(folder, SPECIFICATION) as store:
+        store.compact()
+    assert files(folder) == ["000005.parquet"]
+
+
+def test_parts_that_cannot_be_removed_are_in_nobodys_way(folder, monkeypatch):
+    stored(folder, [row(1)], [row(0)])
+
+    def unlink(path, **_):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    with Store(folder, SPECIFICATION) as store, monkeypatch.context() as patch:
+        patch.setattr("pathlib.Path.unlink", unlink)
+        store.compact()
+    assert list(read_rows(folder)["draw"]) == [1, 0]
+    with Store(folder, SPECIFICATION) as store:
+        store.compact()
+    assert files(folder) == ["000004.parquet"]
+
+
 def test_logs_are_files_of_their_own(folder):
     with Store(folder, SPECIFICATION) as store:
         store.add(row(7, log=b"a log"))

@@ -27,10 +27,11 @@ def carry_out(
     tell: Tell | None = None,
     *,
     retry_failed: bool = False,
+    every: int | None = None,
 ) -> Standing:
     """Carry out those of a campaign's tasks of which the store has no rows, and store theirs as they come.
 
-    Whatever ends it, rows that have come are stored. When all are there, they are put into one file.
+    Whatever ends it, rows that have come are stored. When all of the campaign are there, they are put into one file.
 
     Parameters
     ----------
@@ -46,6 +47,8 @@ def carry_out(
         Called with a `Standing` at the beginning and after each row.
     retry_failed : bool
         Whether runs that raised, crashed or took too long are made again.
+    every : int, optional
+        How many tasks the campaign has of which these are the first; these are all if not given.
 
     Returns
     -------
@@ -60,12 +63,13 @@ def carry_out(
         On Ctrl-C.
     """
     stored, begun = store.keys(failed=not retry_failed), monotonic()
-    before = min(len(stored), len(tasks))  # there may have been more tasks
-    standing = Standing(len(tasks), before, before, 0, 0.0)
+    every = len(tasks) if every is None else every
+    before = min(len(stored), every)  # there may have been more tasks
+    standing = Standing(every, before, before, 0, 0.0)
     if tell is not None:
         tell(standing)
     try:
-        with closing(engine.rows(work, common, _Missing(tasks, stored))) as rows:
+        with closing(engine.rows(work, common, _Missing(tasks, stored), store.flush_in_time)) as rows:
             for row in rows:
                 failed = standing.failed + (row["outcome"] != DONE)
                 standing = Standing(standing.every, standing.before, standing.done + 1, failed, monotonic() - begun)
@@ -79,7 +83,7 @@ def carry_out(
         _flush(store, None)
         raise
     with interruptible(inf):
-        store.compact()
+        store.flush() if len(tasks) < every else store.compact()
     return standing
 
 

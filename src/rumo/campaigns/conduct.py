@@ -14,7 +14,7 @@ from rumo.campaigns.judging.summary import worst
 from rumo.campaigns.pilots import pilots, require_known, require_short
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.specification.going_on import as_begun
-from rumo.campaigns.standing import Standing
+from rumo.campaigns.standing import Beginning, Standing
 from rumo.campaigns.store import Store
 from rumo.campaigns.tasks.task import Engine
 from rumo.campaigns.work import WORK
@@ -128,7 +128,13 @@ def conduct(
     CampaignError
         See `carry_out`.
     """
-    carry_out(WORK, wanted.common, pilots(wanted), engine, store)
+    every = len(wanted.tasks)
+
+    def tell_first(standing: Standing) -> None:
+        if tell is not None and standing.done < every:
+            tell(Beginning(**vars(standing)))
+
+    carry_out(WORK, wanted.common, pilots(wanted), engine, store, tell_first, every=every)
     rows = store.rows()
     require_known(wanted.criteria.values(), rows)
     if not yes:

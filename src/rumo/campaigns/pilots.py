@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import islice
-from math import isfinite
 from statistics import median
 from typing import Any
 
-from rumo.campaigns.judging.columns import KPI, RUN, column_of, done, key_of
+from numpy import isfinite
+
+from rumo.campaigns.judging.columns import KPI, RUN, column_of, done, key_of, numbers
 from rumo.campaigns.judging.criteria import Criterion
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.standing import in_words
@@ -41,7 +42,8 @@ def require_short(campaign: Campaign, rows: Any, workers: int) -> None:
     for name in campaign.controllers:
         driven = rows[rows["controller"] == name]
         ended = driven[done(driven)]
-        times = [time for time in (ended if len(ended) else driven)["run.wall_time_s"] if isfinite(time)]
+        known = numbers(ended if len(ended) else driven, f"{RUN}wall_time_s")
+        times = known[isfinite(known)].tolist()
         if times:
             each = min(times) if len(times) <= DRAWS else median(times)
             seconds += each * max(len(campaign.draws) - len(driven), 0) / workers

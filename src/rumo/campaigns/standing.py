@@ -50,6 +50,14 @@ class Standing:
 
 
 @dataclass(frozen=True)
+class Beginning(Standing):
+    """How far the first runs of a campaign have come, which say how long the others will take."""
+
+    def __str__(self) -> str:
+        return f"{self.done}/{self.every} runs; the first ones say how long all take"
+
+
+@dataclass(frozen=True)
 class Searching(Standing):
     """How far a search has come, of which `every` is its trials.
 

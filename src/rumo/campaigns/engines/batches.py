@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Sized
-from itertools import islice
+from itertools import chain, islice
 from math import ceil
 
 from rumo.campaigns.tasks.task import Task
@@ -30,6 +31,7 @@ class Batches:
 
     def __init__(self, tasks: Iterable[Task]) -> None:
         self._left = len(tasks) if isinstance(tasks, Sized) else None
+        self._returned = deque[Task]()
         self._tasks = iter(tasks)
         self._size, self._seconds = 1.0, 0.0
 
@@ -38,10 +40,18 @@ class Batches:
         size = int(self._size)
         if self._left is not None:
             size = min(size, max(ceil(self._left / (2 * workers)), 1))
-        batch = list(islice(self._tasks, size))
+        again = [self._returned.popleft() for _ in range(min(size, len(self._returned)))]
+        batch = list(chain(again, islice(self._tasks, size - len(again))))
         if self._left is not None:
             self._left -= len(batch)
         return batch
+
+    def put_back(self, tasks: Iterable[Task]) -> None:
+        """Tasks that were taken, but not done: they are the next ones."""
+        before = len(self._returned)
+        self._returned.extend(tasks)
+        if self._left is not None:
+            self._left += len(self._returned) - before
 
     def learn(self, tasks: int, seconds: float) -> None:
         """So many tasks took so long."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import socket
-from collections.abc import Callable, Generator, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
 from importlib.metadata import version as version_of
 from importlib.util import find_spec
@@ -16,6 +16,7 @@ from typing import Any
 
 from rumo.campaigns.engines.batches import Batches
 from rumo.campaigns.engines.on_worker import carry_out_batch, end_campaign
+from rumo.campaigns.tasks.process import HEARTBEAT
 from rumo.campaigns.tasks.rows import CRASHED, Attempt, complete_row
 from rumo.campaigns.tasks.task import Row, Task
 from rumo.checks import whole_number
@@ -91,7 +92,13 @@ class DaskEngine:
         """Of Dask's page that shows what is going on; None where Bokeh, which draws it, is not installed."""
         return self._client.dashboard_link if find_spec("bokeh") else None
 
-    def rows(self, work: str, common: Mapping[str, Any], tasks: Iterable[Task]) -> Generator[Row]:
+    def rows(
+        self,
+        work: str,
+        common: Mapping[str, Any],
+        tasks: Iterable[Task],
+        meanwhile: Callable[[], object] | None = None,
+    ) -> Generator[Row]:
         """See `Engine`."""
         if not self._campaign or self._common != (work, dict(common)):
             self._end_campaign()
@@ -103,9 +110,10 @@ class DaskEngine:
                     window.send(batch)
                 if not window:
                     return
-                rows, seconds = self._come_back(window)
+                rows, seconds, left = self._come_back(window, meanwhile)
                 if seconds:
                     batches.learn(len(rows), seconds)
+                batches.put_back(left)
                 yield from rows
         finally:
             if window:  # runs are under way of which nobody will take the rows
@@ -120,26 +128,30 @@ class DaskEngine:
         if self._cluster is not None:
             self._cluster.close()
 
-    def _come_back(self, window: _Window) -> tuple[list[Row], float]:
-        """Rows of the next batch that is done."""
+    def _come_back(
+        self, window: _Window, meanwhile: Callable[[], object] | None
+    ) -> tuple[list[Row], float, Sequence[Task]]:
+        """Rows of the next batch that is done, what they took [s], and those of its tasks that are not done."""
         from distributed import KilledWorker
 
-        batch, future = window.next(lambda: self._client.status)
+        batch, future = window.next(lambda: self._client.status, meanwhile)
         if future is None or future.cancelled():
             raise CampaignError(
                 f"the scheduler at {self._scheduler} has gone. Start one, and start the campaign again to go on."
             )
         error = future.exception()
         if error is None:
-            return future.result()
+            rows, seconds = future.result()
+            return rows, seconds, batch[len(rows) :]
         if not isinstance(error, KilledWorker):
             raise error
         if len(batch) > 1:  # which of them it was is found by sending each alone
             for task in batch:
                 window.send([task])
-            return [], 0.0
+            return [], 0.0, []
         reason = "each worker that began this run ended"
-        return [complete_row(batch[0], CRASHED, reason, {}, Attempt("", float("nan"), 1))], 0.0
+        # When it began, and how long it took, was known to these workers alone.
+        return [complete_row(batch[0], CRASHED, reason, {}, Attempt(None, None, error.allowed_failures + 1))], 0.0, []
 
     def _end_campaign(self) -> None:
         """End the processes of the latest campaign on all workers."""
@@ -172,14 +184,16 @@ class _Window:
         self._batches[key] = batch, future
         future.add_done_callback(lambda done: self._done.put(done.key))
 
-    def next(self, status: Callable[[], str]) -> tuple[list[Task], Any]:
+    def next(self, status: Callable[[], str], meanwhile: Callable[[], object] | None = None) -> tuple[list[Task], Any]:
         """The next batch that is done, with its future; None for that if the scheduler has gone."""
         while True:
             try:
-                return self._batches.pop(self._done.get(timeout=1.0))
+                return self._batches.pop(self._done.get(timeout=HEARTBEAT))
             except Empty:
                 if status() not in ("running", "connecting"):
                     return [], None
+                if meanwhile is not None:
+                    meanwhile()
 
     def cancel(self) -> None:
         with suppress(Exception):

@@ -17,6 +17,10 @@ from rumo.version import __version__
 IDLE = 60.0
 """How long a process waits for another batch [s]; the client may have gone."""
 
+LONGEST = 10.0
+"""After which a batch comes back with the rows that it has [s]: its runs were thought to be shorter, and rows that are
+here are stored nowhere."""
+
 REMEMBERED = 1000
 """Campaigns that have ended."""
 
@@ -105,7 +109,7 @@ _pool = Pool()
 def carry_out_batch(
     version: str, campaign: str, work: str, common: Mapping[str, Any], tasks: Sequence[Task]
 ) -> tuple[list[Row], float]:
-    """Rows of tasks, and what they took [s].
+    """Rows of the first tasks, all or as many as there is time for, but one at least; and what they took [s].
 
     Parameters
     ----------
@@ -121,7 +125,12 @@ def carry_out_batch(
     begun = monotonic()
     try:
         with _pool.taken(campaign, work, common) as process:
-            return [process.run(task) for task in tasks], monotonic() - begun
+            rows = list[Row]()
+            for task in tasks:
+                rows.append(process.run(task))
+                if monotonic() - begun > LONGEST:
+                    break
+            return rows, monotonic() - begun
     except ClosedError:
         return [], 0.0  # nobody waits for it any more
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
 from typing import Any
 
 from rumo.campaigns.tasks.supervised import Supervised
@@ -25,13 +25,19 @@ class SerialEngine:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def rows(self, work: str, common: Mapping[str, Any], tasks: Iterable[Task]) -> Generator[Row]:
+    def rows(
+        self,
+        work: str,
+        common: Mapping[str, Any],
+        tasks: Iterable[Task],
+        meanwhile: Callable[[], object] | None = None,
+    ) -> Generator[Row]:
         """See `Engine`."""
         if self._process is None or self._common != (work, dict(common)):
             self.close()
             self._process, self._common = Supervised(work, common), (work, dict(common))
         for task in tasks:
-            yield self._process.run(task)
+            yield self._process.run(task, meanwhile)
 
     def close(self) -> None:
         """End the process."""

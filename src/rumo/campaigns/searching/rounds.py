@@ -58,7 +58,9 @@ class Rounds:
             task["key"]: task for tasks in wanted for task in tasks if task["key"] not in self._known
         }
         try:
-            with closing(self._engine.rows(WORK, campaign.common, list(missing.values()))) as rows:
+            with closing(
+                self._engine.rows(WORK, campaign.common, list(missing.values()), self._store.flush_in_time)
+            ) as rows:
                 for row in rows:
                     self._store.add(row)
                     self._known[row["key"]] = {name: value for name, value in row.items() if name != "log"}

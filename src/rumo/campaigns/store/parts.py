@@ -14,6 +14,10 @@ from rumo.extras import required
 from rumo.files import write_whole
 
 ENDING = ".parquet"
+ORDER = ("draw", "controller", "key")
+"""By which rows of one part that has all are sorted."""
+COMPACT = b"rumo.compact"
+"""A mark of such a part, in Parquet's metadata."""
 CURE = "Move it away: runs of which it had the rows are made again."
 
 
@@ -48,12 +52,32 @@ def write_part(path: Path, rows: Sequence[Row]) -> None:
     OSError
         If they cannot be written; then there is no such file.
     """
-    write_table(path, _table_of(rows))
+    _write(path, _table_of(rows))
 
 
-def write_table(path: Path, table: Any) -> None:
-    """Write an Arrow table."""
-    write_whole(path, lambda place: _parquet().write_table(table, place), durable=True)
+def write_compact(path: Path, parts: Iterable[Path]) -> None:
+    """Write the rows of parts, oldest first, by draw and controller, into one that says so.
+
+    Raises
+    ------
+    OSError
+        If they cannot be written; then there is no such file.
+    FileError
+        See `read_parts`.
+    """
+    table = read_parts(parts)
+    order = [(name, "ascending") for name in ORDER if name in table.column_names]
+    _write(path, table.sort_by(order).replace_schema_metadata({COMPACT: b"1"}))
+
+
+def is_compact(parts: Sequence[Path]) -> bool:
+    """Whether `write_compact` has written all rows of some parts."""
+    if len(parts) != 1:
+        return False
+    try:
+        return COMPACT in (_parquet().read_schema(parts[0]).metadata or {})
+    except (_arrow().ArrowException, OSError):  # for those to say who read its rows
+        return False
 
 
 def read_parts(paths: Iterable[Path], columns: Sequence[str] | None = None) -> Any:
@@ -82,6 +106,10 @@ def read_parts(paths: Iterable[Path], columns: Sequence[str] | None = None) -> A
 
 
 _FACTORIES = {"null": "null", "bool": "bool_", "int64": "int64", "double": "float64", "string": "string"}
+
+
+def _write(path: Path, table: Any) -> None:
+    write_whole(path, lambda place: _parquet().write_table(table, place), durable=True)
 
 
 def _table_of(rows: Sequence[Row]) -> Any:

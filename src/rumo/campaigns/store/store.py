@@ -12,7 +12,15 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from rumo.campaigns.store.parts import ENDING, parts_in, read_parts, remove_temporaries, write_part, write_table
+from rumo.campaigns.store.parts import (
+    ENDING,
+    is_compact,
+    parts_in,
+    read_parts,
+    remove_temporaries,
+    write_compact,
+    write_part,
+)
 from rumo.campaigns.tasks.rows import DONE
 from rumo.campaigns.tasks.task import Row, canonical
 from rumo.errors import ArgumentError, CampaignError, FileError
@@ -30,7 +38,7 @@ HEAD, ROWS, LOGS, LOCK = "campaign.json", "rows", "logs", ".lock"
 PART = 100
 """Rows from which a part is written."""
 PAUSE = 30.0
-"""Time after which one is, of the rows that there are [s]."""
+"""How long a row waits for others at most until one is [s]."""
 MOST_LOGS = 100
 """Logs that are kept as runs end; those of further ones can be made again."""
 PATIENCE = 1.0
@@ -63,7 +71,7 @@ class Store:
         self.folder = Path(folder)
         self._buffer: list[Row] = []
         self._stored = 0
-        self._written = monotonic()
+        self._since = monotonic()
         head = _head(specification, specification if identity is None else identity)
         with ExitStack() as stack:
             try:
@@ -130,11 +138,25 @@ class Store:
             If files cannot be written. Rows that are not stored yet are kept, see `flush`.
         """
         log = row.get("log")
+        if not self._buffer:
+            self._since = monotonic()
         self._buffer.append({name: value for name, value in row.items() if name != "log"})
         if log is not None and self._logs < MOST_LOGS:
             self.keep_log(row["key"], log)
             self._logs += 1
-        if len(self._buffer) >= PART or monotonic() - self._written >= PAUSE:
+        if len(self._buffer) >= PART:
+            self.flush()
+        self.flush_in_time()
+
+    def flush_in_time(self) -> None:
+        """Store all rows if one has waited for long: to be called now and then while no row comes.
+
+        Raises
+        ------
+        CampaignError
+            See `flush`.
+        """
+        if self._buffer and monotonic() - self._since >= PAUSE:
             self.flush()
 
     def flush(self) -> None:
@@ -149,20 +171,25 @@ class Store:
             return
         self._guarded(lambda: write_part(self._rows / _name(self._next), self._buffer))
         self._stored += len(self._buffer)
-        self._buffer, self._next, self._written = [], self._next + 1, monotonic()
+        self._buffer, self._next = [], self._next + 1
 
     def compact(self) -> None:
-        """Put all rows into one part, by draw and controller. Whenever this is broken off, all rows are there."""
+        """Put all rows into one part, by draw and controller. Whenever this is broken off, all rows are there.
+
+        Raises
+        ------
+        CampaignError
+            If files cannot be written.
+        """
         self.flush()
         parts = parts_in(self._rows)
-        if not parts:
+        if not parts or is_compact(parts):
             return
-        table = read_parts(parts)
-        order = [(name, "ascending") for name in ("draw", "controller", "key") if name in table.column_names]
-        self._guarded(lambda: write_table(self._rows / _name(self._next), table.sort_by(order)))
+        self._guarded(lambda: write_compact(self._rows / _name(self._next), parts))
         self._next += 1
         for path in parts:
-            path.unlink()
+            with suppress(OSError):  # somebody reads it: the next time, and until then its rows are there twice
+                path.unlink()
 
     def close(self) -> None:
         """Let others use the folder; what was not flushed is forgotten."""

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from queue import Empty, SimpleQueue
 from threading import Lock, Thread
@@ -81,8 +82,8 @@ class Process:
         """Whether it has not ended yet."""
         return self._process.poll() is None
 
-    def ask(self, question: object, patience: float) -> Any:
-        """Send something, and wait for what comes back.
+    def ask(self, question: object, patience: float, meanwhile: Callable[[], object] | None = None) -> Any:
+        """Send something, and wait for what comes back; `meanwhile` is called every `HEARTBEAT` until then.
 
         Raises
         ------
@@ -103,6 +104,8 @@ class Process:
             except Empty:
                 if left <= 0.0:
                     raise LateError(self._words()) from None
+                if meanwhile is not None:
+                    meanwhile()
                 continue
             if answer is None:
                 self._end()

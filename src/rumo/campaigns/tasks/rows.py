@@ -17,10 +17,13 @@ DONE, RAISED, CRASHED, TIMEOUT = OUTCOMES = ("done", "raised", "crashed", "timeo
 
 @dataclass(frozen=True)
 class Attempt:
-    """How a run was made: when it began (UTC, ISO 8601), what time it took [s], the number of this attempt."""
+    """How a run was made: when it began (UTC, ISO 8601), what time it took [s], the number of this attempt.
 
-    started: str
-    seconds: float
+    The first two are None where nobody is left who would know.
+    """
+
+    started: str | None
+    seconds: float | None
     number: int
 
 

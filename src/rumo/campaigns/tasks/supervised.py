@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from threading import Lock
 from time import monotonic
@@ -59,8 +60,15 @@ class Supervised:
         """Of the process, if there is one."""
         return None if self._process is None else self._process.pid
 
-    def run(self, task: Task) -> Row:
+    def run(self, task: Task, meanwhile: Callable[[], object] | None = None) -> Row:
         """Carry out a task, whatever happens.
+
+        Parameters
+        ----------
+        task : Task
+            What to do.
+        meanwhile : callable, optional
+            Called about once a second until it is done; what it raises breaks the run off.
 
         Raises
         ------
@@ -70,17 +78,20 @@ class Supervised:
             If another thread has called `close`.
         """
         for number in range(1, ATTEMPTS + 1):
-            process = self._ready()
+            process = self._ready(meanwhile)
             started, begun = datetime.now(UTC).isoformat(timespec="milliseconds"), monotonic()
             found: Mapping[str, Any] = {}
             try:
-                kind, *content = process.ask(task, self._timeout + GRACE)
+                kind, *content = process.ask(task, self._timeout + GRACE, meanwhile)
             except (LateError, DiedError) as end:
                 self._discard()
                 seconds = monotonic() - begun
                 overdue = isinstance(end, LateError) or seconds >= self._timeout
                 outcome = TIMEOUT if overdue else CRASHED
                 error = f"longer than {self._timeout:g} s\n{end.words}".rstrip() if overdue else str(end)
+            except BaseException:
+                self._give_up()
+                raise
             else:
                 seconds, overdue = monotonic() - begun, False
                 outcome, error, found = (DONE, None, content[0]) if kind == "row" else (RAISED, *content)
@@ -104,7 +115,12 @@ class Supervised:
         if self._closed:
             raise ClosedError
 
-    def _ready(self) -> Process:
+    def _give_up(self) -> None:
+        """End a process of which nobody awaits the answer: it would be taken for that to the next question."""
+        with suppress(ClosedError):
+            self._discard()
+
+    def _ready(self, meanwhile: Callable[[], object] | None) -> Process:
         """The process, prepared; another one if it has ended meanwhile."""
         if self._process is not None and self._process.alive:
             return self._process
@@ -115,12 +131,15 @@ class Supervised:
                     raise ClosedError
                 process = self._process = Process()
             try:
-                said, *why = process.ask((sys.path, self._work, self._common), PATIENCE)
+                said, *why = process.ask((sys.path, self._work, self._common), PATIENCE, meanwhile)
             except (LateError, DiedError) as end:
                 if number == ATTEMPTS:
                     self._discard()
                     raise CampaignError(f"{self._work} cannot be prepared: its process ended. {end}".rstrip()) from None
                 continue
+            except BaseException:
+                self._give_up()
+                raise
             if said == "ready":
                 return process
             self._discard()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Generator, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
 from typing import Any, NotRequired, Protocol, TypedDict
 
 Plain = bool | int | float | str | list[Any] | dict[str, Any] | None
@@ -49,7 +49,13 @@ class Engine(Protocol):
         """Where a browser shows what is going on, if anywhere."""
         ...
 
-    def rows(self, work: str, common: Mapping[str, Any], tasks: Iterable[Task]) -> Generator[Row]:
+    def rows(
+        self,
+        work: str,
+        common: Mapping[str, Any],
+        tasks: Iterable[Task],
+        meanwhile: Callable[[], object] | None = None,
+    ) -> Generator[Row]:
         """Carry out tasks; the processes that do stay for further ones of the same work and `common`.
 
         Parameters
@@ -62,6 +68,9 @@ class Engine(Protocol):
             What all tasks have in common, plain data. `timeout` [s], if it is there, is the time that a run may take.
         tasks : iterable
             May be longer than what memory holds: it is read as work goes on.
+        meanwhile : callable, optional
+            Called in the thread that asks for rows, about once a second while it waits for the next one. What it raises
+            ends the work.
 
         Yields
         ------
