@@ -1,5 +1,6 @@
 """A campaign from its file to its rows, its logs and its report, by function and by command."""
 
+import errno
 import json
 import os
 import re
@@ -196,6 +197,29 @@ def test_what_takes_longer_than_an_hour_has_to_be_meant(file, tmp_path):
     assert "runs: got 6000000, which would take about" in said
     assert "--yes" in said
     assert len(read_rows(folder)) == pilots.DRAWS  # those that were timed
+
+
+@pytest.mark.parametrize(("last", "count"), [("rows/000001.parquet", 2), ("logs/[!.]*.nc", 6)])
+def test_a_full_disk_is_told_and_the_next_start_goes_on(rows, file, tmp_path, monkeypatch, last, count):
+    """Nothing can be written any more once the first rows, or all logs, are there."""
+    folder, command = tmp_path / "out", ["campaign", str(file), "--output", str(tmp_path / "out"), "--serial"]
+    replace = os.replace
+
+    def replace_with_room(source, place):
+        if len([*folder.glob(last)]) == (6 if "*" in last else 1):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), place)
+        replace(source, place)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", replace_with_room)
+        result = runner.invoke(app, command)
+    assert result.exit_code == 2
+    assert f"Error: {folder} cannot be written to: No space left on device" in result.stderr
+    assert "Make room, and start again to go on." in result.stderr
+    assert len(read_rows(folder)) == count
+    assert not (folder / "report.html").exists()
+    assert runner.invoke(app, command).exit_code == 0
+    assert lasting(read_rows(folder)).equals(lasting(rows))
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is no signal to a process there")

@@ -80,4 +80,4 @@ def _report(folder: Path, stopped: BaseException | None, *, as_json: bool, quiet
     found = report(results)
     if stopped is not None:
         found = incomplete(found, f"{len(results.rows)} of {results.asked} runs are done", stopped)
-    write_report(found, folder, as_json=as_json, quiet=quiet)
+    write_report(found, folder, as_json=as_json, quiet=quiet, stopped=stopped)

@@ -44,5 +44,5 @@ def falsify(
         if falsified.stopped is not None:
             done = f"{len(falsified.trials)} of {wanted.trials} trials are done, and started again it goes on"
             found = incomplete(found, done, falsified.stopped)
-        write_report(found, falsified.folder, as_json=as_json, quiet=quiet)
+        write_report(found, falsified.folder, as_json=as_json, quiet=quiet, stopped=falsified.stopped)
         end(falsified.stopped)

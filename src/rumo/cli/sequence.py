@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from rumo.cli.console import print_json, print_lines, print_note, print_report, writable, write_json
+from rumo.cli.console import print_error, print_json, print_lines, print_note, print_report, writable, write_json
 from rumo.cli.progress import Told, progress
-from rumo.errors import RumoError
+from rumo.errors import CampaignError, RumoError
 from rumo.interrupts import EXIT_CODE, interruptible
 from rumo.report.contents import Report
 
@@ -69,9 +69,27 @@ def incomplete(report: Report, done: str, stopped: BaseException) -> Report:
     return replace(report, summary={**report.summary, "complete": False}, warning=warning)
 
 
-def write_report(report: Report, folder: Path, *, as_json: bool, quiet: bool) -> None:
-    """`summary.json` and `report.html`, and what the terminal shows of them."""
-    _write_pages(report, folder)
+def write_report(
+    report: Report, folder: Path, *, as_json: bool, quiet: bool, stopped: BaseException | None = None
+) -> None:
+    """`summary.json` and `report.html`, and what the terminal shows of them.
+
+    Raises
+    ------
+    CampaignError
+        If they cannot be written, and nothing has `stopped` the command before, which says more.
+    """
+    from rumo.campaigns.store.room import writing_to
+
+    try:
+        with writing_to(folder):
+            _write_pages(report, folder)
+    except CampaignError as error:
+        if stopped is None:
+            raise
+        if not isinstance(stopped, CampaignError):
+            print_error(str(error))
+        return
     tell_report(report, folder, as_json=as_json, quiet=quiet)
 
 

@@ -48,7 +48,7 @@ def tune(
         if tuned.stopped is not None:
             done = f"{len(tuned.trials)} of {wanted.trials} trials are done, and started again it goes on"
             found = incomplete(found, done, tuned.stopped)
-        write_report(found, folder, as_json=as_json, quiet=quiet)
+        write_report(found, folder, as_json=as_json, quiet=quiet, stopped=tuned.stopped)
         end(tuned.stopped)
 
 

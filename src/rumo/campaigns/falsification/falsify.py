@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -14,6 +14,7 @@ from rumo.campaigns.falsification.specification import Falsification
 from rumo.campaigns.searching.rounds import Rounds
 from rumo.campaigns.searching.search import Search
 from rumo.campaigns.standing import Searching
+from rumo.campaigns.store.room import writing_to
 from rumo.campaigns.store.store import LOGS, Store
 from rumo.campaigns.tasks.task import Engine, Row
 from rumo.campaigns.work import CONTROLLER, WORK
@@ -141,7 +142,11 @@ def carry_out_falsification(
         stopped = error
     falsified = Falsified(falsification, store.folder, undisturbed, tuple(trials), found, stopped)
     if falsified.recipe is not None:
-        falsified.recipe.to_toml(store.folder / FOUND)
+        try:
+            with writing_to(store.folder):
+                falsified.recipe.to_toml(store.folder / FOUND)
+        except CampaignError as error:
+            falsified = replace(falsified, stopped=stopped or error)
     return falsified
 
 

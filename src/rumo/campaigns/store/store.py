@@ -6,8 +6,8 @@ import hashlib
 import json
 import os
 import platform
-from collections.abc import Callable, Generator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Generator, Mapping
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -21,9 +21,10 @@ from rumo.campaigns.store.parts import (
     write_compact,
     write_part,
 )
+from rumo.campaigns.store.room import writing_to
 from rumo.campaigns.tasks.rows import DONE
 from rumo.campaigns.tasks.task import Row, canonical
-from rumo.errors import ArgumentError, CampaignError, FileError
+from rumo.errors import ArgumentError, FileError
 from rumo.files import write_whole
 from rumo.locks import locked
 from rumo.scenarios.differences import differences
@@ -114,10 +115,8 @@ class Store:
         """Have the folder say what the campaign is now, in what may change from one start to the next."""
         text = json.dumps(self._head, indent=2, sort_keys=True) + "\n"
 
-        def write() -> None:
+        with self._guarded():
             write_whole(self.folder / HEAD, lambda place: place.write_text(text, encoding="utf-8"), durable=True)
-
-        self._guarded(write)
 
     def keys(self, *, failed: bool = True) -> set[str]:
         """Of the rows that are stored; on demand only of those whose runs came to their end."""
@@ -169,7 +168,8 @@ class Store:
         """
         if not self._buffer:
             return
-        self._guarded(lambda: write_part(self._rows / _name(self._next), self._buffer))
+        with self._guarded():
+            write_part(self._rows / _name(self._next), self._buffer)
         self._stored += len(self._buffer)
         self._buffer, self._next = [], self._next + 1
 
@@ -185,7 +185,8 @@ class Store:
         parts = parts_in(self._rows)
         if not parts or is_compact(parts):
             return
-        self._guarded(lambda: write_compact(self._rows / _name(self._next), parts))
+        with self._guarded():
+            write_compact(self._rows / _name(self._next), parts)
         self._next += 1
         for path in parts:
             with suppress(OSError):  # somebody reads it: the next time, and until then its rows are there twice
@@ -205,23 +206,18 @@ class Store:
         """
         folder = self.folder / LOGS
 
-        def write() -> None:
+        with self._guarded():
             folder.mkdir(exist_ok=True)
             write_whole(folder / f"{key}.nc", lambda place: place.write_bytes(log))
 
-        self._guarded(write)
+    def _guarded(self) -> AbstractContextManager[None]:
+        return writing_to(self.folder, self._stored_until_now)
 
-    def _guarded(self, write: Callable[[], object]) -> None:
-        try:
-            write()
-        except OSError as error:
-            waiting = len(self._buffer)
-            unstored = f", {waiting} {'row' if waiting == 1 else 'rows'} not yet" if waiting else ""
-            are = "row of this start is" if self._stored == 1 else "rows of this start are"
-            raise CampaignError(
-                f"{self.folder} cannot be written to: {error.strerror or error}. "
-                f"{self._stored} {are} stored{unstored}. Make room, and start again to go on."
-            ) from error
+    def _stored_until_now(self) -> str:
+        waiting = len(self._buffer)
+        unstored = f", {waiting} {'row' if waiting == 1 else 'rows'} not yet" if waiting else ""
+        are = "row of this start is" if self._stored == 1 else "rows of this start are"
+        return f"{self._stored} {are} stored{unstored}."
 
 
 def read_head(folder: str | Path) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ import numpy as np
 from rumo.campaigns.searching.rounds import Rounds
 from rumo.campaigns.searching.search import Search, Trial
 from rumo.campaigns.store import Store
+from rumo.campaigns.store.room import writing_to
 from rumo.campaigns.tasks.task import Engine, Row, canonical
 from rumo.campaigns.tuning.goals import parts_known
 from rumo.campaigns.tuning.specification import Tuning
@@ -126,7 +127,11 @@ def carry_out_tuning(tuning: Tuning, folder: Path, engine: Engine, tell: Tell | 
             stopped = error
         with interruptible(inf):
             tuned = _tuned(tuning, search, rounds, base, judged, stopped)
-            _write(tuned, folder)
+            try:
+                with writing_to(folder):
+                    _write(tuned, folder)
+            except CampaignError as error:
+                tuned = replace(tuned, stopped=stopped or error)
     return tuned
 
 
