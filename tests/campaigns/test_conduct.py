@@ -171,7 +171,7 @@ def test_what_cannot_work_is_an_error_before_any_drive(file, tmp_path, old, new,
 def test_a_criterion_of_what_the_first_runs_do_not_know(rows, kpi, part):
     criterion = Criterion("calm", kpi, at_most=1.0)
     with pytest.raises(rumo.ArgumentError, match=re.escape(part)):
-        pilots.require_known([criterion], rows)
+        pilots.require_known([criterion], rows.to_dict("records"))
 
 
 def test_a_scheduler_that_is_not_there(file, tmp_path):

@@ -4,16 +4,20 @@ import errno
 import json
 import multiprocessing
 import os
+import subprocess
+import sys
 from contextlib import suppress
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import rumo
 import rumo.campaigns.store.parts
+from rumo.campaigns.store.arrays import array_of, type_of
 from rumo.campaigns.store.kinds import common_kind, converted, in_order, kind_of
 from rumo.campaigns.store.store import LOCK, PART, Store, read_head, read_rows
 from rumo.errors import CampaignError, FileError
@@ -151,6 +155,67 @@ def test_compaction_sorts_and_may_be_broken_off(folder, monkeypatch):
         store.compact()
     assert list(read_rows(folder)["draw"]) == [1, 2, 3]
     assert len(files(folder)) == 1
+
+
+@pytest.mark.parametrize("group", [1, 3, 100])
+def test_compaction_has_each_row_once_in_order_and_few_in_memory(folder, monkeypatch, group):
+    monkeypatch.setattr("rumo.campaigns.store.compaction.GROUP", group)
+    rng = np.random.default_rng(0)
+    for _ in range(3):
+        parts = [
+            [row(number, "done" if number % 3 else "raised", x=number if number % 2 else None, name=f"n{number}")]
+            for number in rng.permutation(20).tolist()
+        ]
+        stored(folder, *parts, [row(number, y=[True, 1.5][number % 2]) for number in rng.permutation(30).tolist()])
+        before = read_rows(folder).sort_values(["draw", "controller", "key"], ignore_index=True)
+        with Store(folder, SPECIFICATION) as store:
+            store.compact()
+        assert len(files(folder)) == 1
+        pd.testing.assert_frame_equal(read_rows(folder), before, check_exact=True)
+    assert list(before["draw"]) == list(range(30))
+    assert set(before["outcome"]) == {"done"}
+
+
+WITHOUT_PANDAS = """
+import sys
+from rumo.campaigns.store import Store
+for start in range(2):
+    with Store(sys.argv[1], {}) as store:
+        store.keys()
+        settings = {"setting.on": True, "setting.name": "a", "setting.none": None}
+        store.add({"key": str(start), "draw": start, "outcome": "done", "kpi.a": None, **settings})
+        store.flush()
+        store.records({"0"})
+        store.compact()
+sys.exit("pandas" in sys.modules)
+"""
+
+
+def test_a_campaign_is_stored_without_pandas(folder):
+    subprocess.run([sys.executable, "-c", WITHOUT_PANDAS, folder], check=True)
+    assert len(read_rows(folder)) == 2
+
+
+@pytest.mark.parametrize(
+    ("kind", "values"),
+    [
+        ("string", ["a", None, "", "Grüße", "x" * 1000]),
+        ("bool", [True, None, False] * 5),
+        ("int64", [None, -(2**63), 2**63 - 1]),
+        ("double", [0.1, None, np.inf, -0.0]),
+        ("null", [None, None]),
+        *((kind, []) for kind in ("string", "bool", "int64", "double", "null")),
+    ],
+)
+def test_arrays_are_those_of_arrow(kind, values):
+    array = array_of(values, kind)
+    array.validate(full=True)
+    assert array.equals(pa.array(values, type_of(kind)))
+
+
+def test_texts_that_are_none_of_unicode_are_stored(folder):
+    stored(folder, [row(0, error="\udcff")])
+    assert read_rows(folder)["error"][0] == "\\udcff"
 
 
 def test_what_is_compact_is_not_written_again(folder):
@@ -336,7 +401,8 @@ def full_disk(monkeypatch):
 
         return write(path, half, **options)
 
-    monkeypatch.setattr("rumo.campaigns.store.parts.write_whole", write_whole)
+    for module in ("parts", "compaction"):
+        monkeypatch.setattr(f"rumo.campaigns.store.{module}.write_whole", write_whole)
     return state
 
 

@@ -134,11 +134,12 @@ def conduct(
         if tell is not None and standing.done < every:
             tell(Beginning(**vars(standing)))
 
-    carry_out(WORK, wanted.common, pilots(wanted), engine, store, tell_first, every=every)
-    rows = store.rows()
+    first = pilots(wanted)
+    carry_out(WORK, wanted.common, first, engine, store, tell_first, every=every)
+    rows = store.records({task["key"] for task in first})
     require_known(wanted.criteria.values(), rows)
     if not yes:
-        require_short(wanted, rows, engine.workers)
+        require_short(wanted, rows, max(every - len(store.keys()), 0), engine.workers)
     store.describe()
     carry_out(WORK, wanted.common, wanted.tasks, engine, store, tell, retry_failed=retry_failed)
     keep_worst(wanted, engine, store)

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import islice
-from statistics import median
 from typing import Any
 
-from numpy import isfinite
-
-from rumo.campaigns.judging.columns import KPI, RUN, column_of, done, key_of, numbers
+from rumo.campaigns.judging.columns import KPI, RUN, column_of, key_of
 from rumo.campaigns.judging.criteria import Criterion
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.standing import in_words
+from rumo.campaigns.tasks.rows import DONE
+from rumo.campaigns.tasks.task import Row
 from rumo.errors import ArgumentError
 
 DRAWS = 2
 """Draws that are driven first, by each controller: the first one sets up what the others share."""
+TIME = f"{RUN}wall_time_s"
 MOST_SECONDS = 3600.0
 """Estimates above this have to be agreed to."""
 
@@ -26,27 +26,27 @@ def pilots(campaign: Campaign) -> list[Any]:
     return [*islice(campaign.tasks, DRAWS * len(campaign.controllers))]
 
 
-def require_short(campaign: Campaign, rows: Any, workers: int) -> None:
+def require_short(campaign: Campaign, rows: Sequence[Row], left: int, workers: int) -> None:
     """Raise where all runs take longer than an hour by those that are done.
 
     Parameters
     ----------
     campaign : Campaign
         Whose runs.
-    rows : pandas.DataFrame
-        Of those that are done.
+    rows : sequence of dict
+        Of its pilots.
+    left : int
+        How many runs are to be made, by all controllers.
     workers : int
         How many runs are made at the same time.
     """
     seconds = 0.0
     for name in campaign.controllers:
-        driven = rows[rows["controller"] == name]
-        ended = driven[done(driven)]
-        known = numbers(ended if len(ended) else driven, f"{RUN}wall_time_s")
-        times = known[isfinite(known)].tolist()
+        driven = [row for row in rows if row["controller"] == name]
+        ended = [row for row in driven if row["outcome"] == DONE]
+        times = [row[TIME] for row in ended or driven if _is_known(row.get(TIME))]
         if times:
-            each = min(times) if len(times) <= DRAWS else median(times)
-            seconds += each * max(len(campaign.draws) - len(driven), 0) / workers
+            seconds += min(times) * left / len(campaign.controllers) / workers
     if seconds > MOST_SECONDS:
         raise ArgumentError(
             "runs",
@@ -56,10 +56,10 @@ def require_short(campaign: Campaign, rows: Any, workers: int) -> None:
         )
 
 
-def require_known(criteria: Iterable[Criterion], rows: Any) -> None:
+def require_known(criteria: Iterable[Criterion], rows: Sequence[Row]) -> None:
     """Raise for a criterion of a part that figures of merit do not have, or without one that they do."""
-    ended = rows[done(rows)]
-    known = [name for name in ended.columns if name.startswith((KPI, RUN)) and ended[name].notna().any()]
+    ended = [row for row in rows if row["outcome"] == DONE]
+    known = sorted({name for row in ended for name in row if name.startswith((KPI, RUN)) and _is_known(row[name])})
     for criterion in criteria:
         if column_of(criterion.kpi, known) is not None:
             continue
@@ -69,3 +69,7 @@ def require_known(criteria: Iterable[Criterion], rows: Any) -> None:
             raise ArgumentError(f"criteria.{criterion.name}.kpi", repr(criterion.kpi), f"one of {', '.join(parts)}")
         if part and column_of(head, known) is not None:
             raise ArgumentError(f"criteria.{criterion.name}.kpi", repr(criterion.kpi), f"{head}, which has no parts")
+
+
+def _is_known(value: Any) -> bool:
+    return value is not None and value == value

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence, Set
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from rumo.campaigns.store.arrays import array_of, type_of
 from rumo.campaigns.store.kinds import Kind, common_kind, converted, in_order, kind_of
 from rumo.campaigns.tasks.rows import DONE
 from rumo.campaigns.tasks.task import Row
@@ -14,10 +16,6 @@ from rumo.extras import required
 from rumo.files import write_whole
 
 ENDING = ".parquet"
-ORDER = ("draw", "controller", "key")
-"""By which rows of one part that has all are sorted."""
-COMPACT = b"rumo.compact"
-"""A mark of such a part, in Parquet's metadata."""
 CURE = "Move it away: runs of which it had the rows are made again."
 
 
@@ -52,32 +50,7 @@ def write_part(path: Path, rows: Sequence[Row]) -> None:
     OSError
         If they cannot be written; then there is no such file.
     """
-    _write(path, _table_of(rows))
-
-
-def write_compact(path: Path, parts: Iterable[Path]) -> None:
-    """Write the rows of parts, oldest first, by draw and controller, into one that says so.
-
-    Raises
-    ------
-    OSError
-        If they cannot be written; then there is no such file.
-    FileError
-        See `read_parts`.
-    """
-    table = read_parts(parts)
-    order = [(name, "ascending") for name in ORDER if name in table.column_names]
-    _write(path, table.sort_by(order).replace_schema_metadata({COMPACT: b"1"}))
-
-
-def is_compact(parts: Sequence[Path]) -> bool:
-    """Whether `write_compact` has written all rows of some parts."""
-    if len(parts) != 1:
-        return False
-    try:
-        return COMPACT in (_parquet().read_schema(parts[0]).metadata or {})
-    except (_arrow().ArrowException, OSError):  # for those to say who read its rows
-        return False
+    write_whole(path, lambda place: _parquet().write_table(_table_of(rows), place), durable=True)
 
 
 def read_parts(paths: Iterable[Path], columns: Sequence[str] | None = None) -> Any:
@@ -95,46 +68,94 @@ def read_parts(paths: Iterable[Path], columns: Sequence[str] | None = None) -> A
     FileError
         If one is torn, or has no rows of a campaign.
     """
-    arrow = _arrow()
     tables = [_read(path, columns) for path in paths]
-    names = in_order(name for table in tables for name in table.column_names) or list(columns or ("key", "outcome"))
-    kinds = {name: common_kind(_kind(table, name) for table in tables) for name in names}
-    schema = arrow.schema([(name, getattr(arrow, _FACTORIES[kinds[name]])()) for name in names])
-    table = arrow.concat_tables([_cast(table, schema, kinds) for table in tables] or [schema.empty_table()])
-    chosen = _chosen(table["key"].to_pylist(), table["outcome"].to_pylist())
-    return table.take(arrow.array(chosen, arrow.int64()))
+    kinds = kinds_of(table.schema for table in tables) or dict.fromkeys(columns or ("key", "outcome"), "null")
+    table = put_together(tables, kinds)
+    return table.take(array_of(chosen(table), "int64"))
 
 
-_FACTORIES = {"null": "null", "bool": "bool_", "int64": "int64", "double": "float64", "string": "string"}
+def read_records(paths: Iterable[Path], keys: Set[str]) -> list[Row]:
+    """Rows of some keys, with the columns of their part; the same ones as `read_parts` has."""
+    found: dict[str, Row] = {}
+    for path in paths:
+        with opened(path) as file:
+            for group in range(file.num_row_groups):
+                if keys.isdisjoint(file.read_row_group(group, ["key"])["key"].to_pylist()):
+                    continue
+                for row in file.read_row_group(group).to_pylist():
+                    before = found.get(row["key"])
+                    if row["key"] in keys and (before is None or before["outcome"] != DONE):
+                        found[row["key"]] = row
+    return [*found.values()]
 
 
-def _write(path: Path, table: Any) -> None:
-    write_whole(path, lambda place: _parquet().write_table(table, place), durable=True)
+def kinds_of(schemas: Iterable[Any]) -> dict[str, Kind]:
+    """Columns of tables with these Arrow schemas, in order, each with the kind that holds its values in all of them."""
+    found = [{field.name: str(field.type) for field in schema} for schema in schemas]
+    names = in_order(name for kinds in found for name in kinds)
+    return {name: common_kind(kinds.get(name, "null") for kinds in found) for name in names}
+
+
+def put_together(tables: Sequence[Any], kinds: Mapping[str, Kind]) -> Any:
+    """All rows of Arrow tables, in one with columns of these kinds."""
+    arrow = _arrow()
+    schema = schema_of(kinds)
+    empty = arrow.table([arrow.nulls(0, field.type) for field in schema], schema=schema)
+    return arrow.concat_tables([_cast(table, schema, kinds) for table in tables] or [empty])
+
+
+def schema_of(kinds: Mapping[str, Kind]) -> Any:
+    """Arrow's schema of columns of these kinds."""
+    return _arrow().schema([(name, type_of(kind)) for name, kind in kinds.items()])
+
+
+def chosen(table: Any) -> list[int]:
+    """Which rows count, of each key one: that of a run that came to its end, else the last."""
+    best: dict[str, int] = {}
+    outcomes = table["outcome"].to_pylist()
+    for i, key in enumerate(table["key"].to_pylist()):
+        before = best.get(key)
+        if before is None or outcomes[before] != DONE:
+            best[key] = i
+    return sorted(best.values())
 
 
 def _table_of(rows: Sequence[Row]) -> Any:
-    arrow = _arrow()
     arrays: dict[str, Any] = {}
     for name in in_order(name for row in rows for name in row):
         values = [row.get(name) for row in rows]
         kind = common_kind(kind_of(value, name) for value in values)
-        kept = [converted(value, kind) for value in values]
-        arrays[name] = arrow.array(kept, getattr(arrow, _FACTORIES[kind])())
-    return arrow.table(arrays)
+        arrays[name] = array_of([converted(value, kind) for value in values], kind)
+    return _arrow().table(arrays)
 
 
 def _read(path: Path, columns: Sequence[str] | None) -> Any:
-    arrow, parquet = _arrow(), _parquet()
+    with opened(path) as file:
+        there = file.schema_arrow.names
+        return file.read([name for name in columns if name in there] if columns is not None else None)
+
+
+@contextmanager
+def opened(path: Path) -> Generator[Any]:
+    """A part as a file of Parquet's.
+
+    Raises
+    ------
+    FileNotFoundError
+        If it has gone.
+    FileError
+        If it is torn, or has no rows of a campaign.
+    """
     try:
-        with parquet.ParquetFile(path) as file:
+        with _parquet().ParquetFile(path) as file:
             there = file.schema_arrow.names
             missing = [name for name in ("key", "outcome") if name not in there]
             if missing:
                 raise FileError(path, None, f"no column {missing[0]!r}", "rows of a campaign", CURE)
-            return file.read([name for name in columns if name in there] if columns is not None else None)
+            yield file
     except FileNotFoundError:
         raise
-    except (arrow.ArrowException, OSError) as error:
+    except (_arrow().ArrowException, OSError) as error:
         raise FileError(path, None, f"a file that is torn ({error})", "a whole Parquet file", CURE) from None
 
 
@@ -142,29 +163,19 @@ def _kind(table: Any, name: str) -> Kind:
     return str(table.schema.field(name).type) if name in table.column_names else "null"
 
 
-def _cast(table: Any, schema: Any, kinds: dict[str, Kind]) -> Any:
+def _cast(table: Any, schema: Any, kinds: Mapping[str, Kind]) -> Any:
     arrow = _arrow()
     arrays: list[Any] = []
     for field in schema:
-        before = _kind(table, field.name)
+        before, kind = _kind(table, field.name), kinds[field.name]
         if before == "null":
             arrays.append(arrow.nulls(len(table), field.type))
-        elif before == kinds[field.name]:
+        elif before == kind:
             arrays.append(table[field.name])
         else:
-            values = [converted(value, kinds[field.name]) for value in table[field.name].to_pylist()]
-            arrays.append(arrow.array(values, field.type))
+            chunks = ([converted(value, kind) for value in chunk.to_pylist()] for chunk in table[field.name].chunks)
+            arrays.append(arrow.chunked_array([array_of(chunk, kind) for chunk in chunks], field.type))
     return arrow.table(arrays, schema=schema)
-
-
-def _chosen(keys: list[str], outcomes: list[str]) -> list[int]:
-    """Which rows count, of each key one."""
-    best: dict[str, int] = {}
-    for i, key in enumerate(keys):
-        before = best.get(key)
-        if before is None or outcomes[before] != DONE:  # of those that failed, the last
-            best[key] = i
-    return sorted(best.values())
 
 
 def _arrow() -> Any:

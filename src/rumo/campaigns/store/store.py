@@ -6,21 +6,14 @@ import hashlib
 import json
 import os
 import platform
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Set
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from rumo.campaigns.store.parts import (
-    ENDING,
-    is_compact,
-    parts_in,
-    read_parts,
-    remove_temporaries,
-    write_compact,
-    write_part,
-)
+from rumo.campaigns.store.compaction import is_compact, write_compact
+from rumo.campaigns.store.parts import ENDING, parts_in, read_parts, read_records, remove_temporaries, write_part
 from rumo.campaigns.store.room import writing_to
 from rumo.campaigns.tasks.rows import DONE
 from rumo.campaigns.tasks.task import Row, canonical
@@ -127,6 +120,10 @@ class Store:
     def rows(self) -> pd.DataFrame:
         """All rows that are stored."""
         return read_rows(self.folder)
+
+    def records(self, keys: Set[str]) -> list[Row]:
+        """Those of the rows that are stored which have one of some keys."""
+        return read_records(parts_in(self._rows), keys)
 
     def add(self, row: Row) -> None:
         """Keep a row, in a file after a while; its `log` in one of its own at once, if there are few of these.
