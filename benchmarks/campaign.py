@@ -1,11 +1,12 @@
 """What a campaign costs beside its drives: time a run, memory, and what is lost against bare loops.
 
-    python benchmarks/campaign.py overhead [--tasks 100000]
+    python benchmarks/campaign.py overhead [--tasks 100000] [--file examples/campaign.toml]
     python benchmarks/campaign.py rate [--drives 60]
     python benchmarks/campaign.py scaling [--seconds 0.1]
 
 `overhead`: tasks that do nothing, stored as rows, on the cluster within this process; memory of this process (client,
-scheduler, store) and of the processes that carry out runs, as it grows. `rate`: drives of the paper's car by the
+scheduler, store) and of the processes that carry out runs, as it grows; with a file, of the tasks of its campaign,
+which is read and rehearsed before as its command does. `rate`: drives of the paper's car by the
 campaign, in turns with as many processes that each do nothing else than a loop over their share. `scaling`: tasks that
 sleep, on 1, 2, 4 and 8 workers, more than there are cores.
 """
@@ -39,7 +40,9 @@ def main() -> None:
     """See the module."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     kinds = parser.add_subparsers(required=True, dest="kind")
-    kinds.add_parser("overhead").add_argument("--tasks", type=int, default=100_000)
+    of_overhead = kinds.add_parser("overhead")
+    of_overhead.add_argument("--tasks", type=int, default=100_000)
+    of_overhead.add_argument("--file", type=Path)
     kinds.add_parser("rate").add_argument("--drives", type=int, default=60)
     kinds.add_parser("scaling").add_argument("--seconds", type=float, default=0.1)
     options = parser.parse_args()
@@ -103,11 +106,22 @@ def overhead(options: argparse.Namespace) -> None:
             of_workers = ", ".join(f"{size:.0f}" for size in processes)
             print(f"{done:8} runs: {own.memory_info().rss / 1e6:.0f} MB here, {of_workers} MB in workers", flush=True)
 
+    tasks: Any = Numbered(options.tasks) if options.file is None else _tasks_of(options.file, options.tasks)
     with tempfile.TemporaryDirectory() as folder, DaskEngine() as engine, Store(folder, {}) as store:
         begun = time.monotonic()
-        last = carry_out("campaign:with_rumo_loaded", {}, Numbered(options.tasks), engine, store, tell)
+        last = carry_out("campaign:with_rumo_loaded", {}, tasks, engine, store, tell)
         print(f"{1e3 * last.seconds / options.tasks:.3f} ms a run with its row in a part, ", end="")
         print(f"{1e3 * (time.monotonic() - begun) / options.tasks:.3f} ms with all of them put into one")
+
+
+def _tasks_of(file: Path, tasks: int) -> Any:
+    """Tasks of a campaign, as many as that if there were so many runs."""
+    from dataclasses import replace
+
+    from rumo.campaigns.specification import Campaign
+
+    campaign = Campaign.from_toml(file)
+    return replace(campaign, runs=tasks // len(campaign.controllers)).tasks
 
 
 def rate(options: argparse.Namespace) -> None:
