@@ -2,8 +2,10 @@
 
 import os
 import tomllib
+from contextlib import ExitStack
 
 import pytest
+from dask_cluster import Cluster
 from fake_tuning import TEXT
 
 from rumo.campaigns.tuning.reading import tuning_of
@@ -19,3 +21,10 @@ def quick_disks(monkeypatch):
 def tuning():
     """What drives that are made up are tuned by."""
     return tuning_of(tomllib.loads(TEXT))
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """One that can be started, and ends with the test."""
+    with ExitStack() as stack:
+        yield Cluster(stack, tmp_path)

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager, nullcontext
+from importlib.metadata import PackageNotFoundError
 from types import SimpleNamespace
 
 import fake_work
@@ -76,17 +77,28 @@ def test_embedded(embedded, serial_rows):
     assert rows_of(embedded, mixed_tasks(COUNT), MIXED) == serial_rows
 
 
-def test_on_a_cluster_that_exists(serial_rows):
+def test_on_a_cluster_that_exists(serial_rows, monkeypatch):
     with existing_cluster(2) as address:
         with DaskEngine(address) as engine:
             assert engine.workers == 2
             assert rows_of(engine, mixed_tasks(COUNT), MIXED) == serial_rows
-        with pytest.MonkeyPatch.context() as patch:
+        assert_refused(address, monkeypatch, lambda *_: "98.0", r"a scheduler with Rumo 98.0")
+        assert_refused(address, monkeypatch, raise_not_found, r"a scheduler with no Rumo \(No package metadata")
+        with monkeypatch.context() as patch:
             patch.setattr("rumo.campaigns.engines.dask.__version__", "99.0")
-            with pytest.raises(
-                rumo.ArgumentError, match=r"scheduler: got a worker at .* with Rumo .*, expected Rumo 99"
-            ):
-                DaskEngine(address)
+            assert_refused(address, monkeypatch, lambda *_: "99.0", r"a worker at .* with Rumo .*, expected Rumo 99")
+
+
+def raise_not_found(*_):
+    raise PackageNotFoundError("rumo")
+
+
+def assert_refused(address, monkeypatch, of_scheduler, why):
+    """Where a scheduler says that of its version."""
+    with monkeypatch.context() as patch:
+        patch.setattr("distributed.Client.run_on_scheduler", of_scheduler)
+        with pytest.raises(rumo.ArgumentError, match=f"scheduler: got .*{why}"):
+            DaskEngine(address)
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import os
 import socket
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
+from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
 from importlib.util import find_spec
 from queue import Empty, SimpleQueue
@@ -143,8 +144,14 @@ class DaskEngine:
         if error is None:
             rows, seconds = future.result()
             return rows, seconds, batch[len(rows) :]
-        if not isinstance(error, KilledWorker):
+        if isinstance(error, CampaignError):
             raise error
+        if not isinstance(error, KilledWorker):  # of somebody who has come late, and whose packages are others
+            words = " ".join(f"{type(error).__name__}: {error}".split())
+            raise CampaignError(
+                f"{self._scheduler} could not have runs carried out. {words.removesuffix('.')}. "
+                f"Scheduler and workers need Rumo {__version__}; start again to go on."
+            ) from error
         if len(batch) > 1:  # which of them it was is found by sending each alone
             for task in batch:
                 window.send([task])
@@ -231,17 +238,13 @@ def _connected(distributed: Any, scheduler: str) -> Any:
             "Start one with dask scheduler, and workers with dask worker ADDRESS; or leave it out.",
         ) from None
     try:
+        try:  # a scheduler reads what workers are sent
+            _check_version(f"{scheduler!r}, a scheduler", client.run_on_scheduler(version_of, "rumo"))
+        except PackageNotFoundError as error:
+            _check_version(f"{scheduler!r}, a scheduler", error)
         client.wait_for_workers(1, timeout=WORKER_PATIENCE)
-        found = client.run(version_of, "rumo", on_error="return")
-        for worker, version in found.items():
-            if version != __version__:
-                came = f"Rumo {version}" if isinstance(version, str) else f"no Rumo ({version})"
-                raise ArgumentError(
-                    "scheduler",
-                    f"a worker at {worker} with {came}",
-                    f"Rumo {__version__}",
-                    "Install it on all workers.",
-                )
+        for worker, version in client.run(version_of, "rumo", on_error="return").items():
+            _check_version(f"a worker at {worker}", version)
     except TimeoutError:
         client.close()
         raise ArgumentError(
@@ -251,6 +254,17 @@ def _connected(distributed: Any, scheduler: str) -> Any:
         client.close()
         raise
     return client
+
+
+def _check_version(whose: str, version: str | Exception) -> None:
+    if version != __version__:
+        came = f"Rumo {version}" if isinstance(version, str) else f"no Rumo ({version})"
+        raise ArgumentError(
+            "scheduler",
+            f"{whose} with {came}",
+            f"Rumo {__version__}",
+            "Install it where the scheduler and the workers are.",
+        )
 
 
 def _knock(address: str) -> None:
