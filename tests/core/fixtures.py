@@ -235,9 +235,30 @@ def mixed(n=7):
     )
 
 
+def unstable(n=9):
+    """A system whose modes grow, most of them in pairs, and whose Jacobian varies."""
+    names = [f"x{i}" for i in range(n)]
+    return rumo.Model(
+        dict.fromkeys(names, "1"),
+        {"push": "1"},
+        lambda x, u, p: {
+            name: 0.5 * x[name]
+            - 0.1 * x[name] ** 3
+            + sum(x[other] * (j - i) for j, other in enumerate(names)) / n
+            + u.push
+            for i, name in enumerate(names)
+        },
+        name="unstable",
+    )
+
+
 def system_header():
     """The header systems.h: systems to integrate, with states to start from and default parameters."""
-    models = {name: make() for name, make in MODELS.items()} | {"long_rod": heat_rod(60), "mixed": mixed()}
+    models = {name: make() for name, make in MODELS.items()} | {
+        "long_rod": heat_rod(60),
+        "mixed": mixed(),
+        "unstable": unstable(),
+    }
     parts, rows = ['#include "rumo_core.h"\n'], []
     for name, model in models.items():
         values = describe_system(system_program(model), np.ones(len(model.variables)), model.algebraic_guess, 1e-9)

@@ -135,6 +135,14 @@ def test_settings_are_checked(settings, message):
         Plant(pendulum().model, **settings)
 
 
+@pytest.mark.parametrize("method", ["radau5", "sundials"])
+@pytest.mark.parametrize("duration", [0.0, -0.1, np.nan, np.inf, "1"])
+def test_durations_are_checked(duration, method):
+    plant = Plant(linear_model(np.array([[-1.0]]), np.ones(1)), 0.1, method=method)
+    with pytest.raises(rumo.ArgumentError, match=r"duration: got .*, expected a positive"):
+        plant.advance(np.array([1.0]), np.zeros(1), NOTHING, duration)
+
+
 def test_algebraic_variables():
     """A capacitor charged through a resistor, the current an algebraic variable: a closed form."""
     model = rumo.Model(

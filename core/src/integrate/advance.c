@@ -18,6 +18,10 @@
 #define SAFETY 0.9
 #define GROWTH 8.0
 #define SHRINKAGE 0.2
+/* Variables that moved by more than this, over their sizes and scales, may have made a mode grow that did not; and by how much a
+ * step may then have been too long. */
+#define FAR 0.1
+#define TOO_LONG 2.0
 
 static void set_weights(rumo_integrator *q) {
     for (int i = 0; i < q->n; ++i) q->weights[i] = 1.0 / (q->absolute[i] + q->relative * fabs(q->y[i]));
@@ -31,11 +35,16 @@ static int hold(const double *values, int count, double *held, double *lanes) {
     return 1;
 }
 
-/* The next step's length, of what is left: two equal ones in place of one and a short rest. */
-static double fitting(const rumo_integrator *q, double left) {
-    const double step = q->step;
+/* A step for what is left: two equal ones in place of one and a short rest. */
+static double in_equal_parts(double step, double left) {
     if (step >= 0.9999 * left) return left;
     return step > 0.5 * left ? 0.5 * left : step;
+}
+
+/* The next step's length, of what is left. */
+static double fitting(rumo_integrator *q, double left) {
+    const double step = in_equal_parts(q->step, left), longest = longest_growing_step(q, step);
+    return longest < step ? in_equal_parts(longest, left) : step;
 }
 
 /* By how much the next step may be longer after an error and so many corrections. */
@@ -56,10 +65,12 @@ typedef struct trial {
     int corrections;          /* that the stages took; 0 without a solution */
     int first;                /* after a jump */
     int refused;              /* whether a longer one was refused before */
+    int renewed;              /* whether the Jacobian is that of its end */
 } trial;
 
 static void try_step(rumo_integrator *q, trial *t) {
     t->error = INFINITY;
+    t->renewed = 0;
     t->shorter = 0.5;
     guess_stages(q, t->h);
     t->corrections = factor_for_step(q, t->h) ? solve_stages(q, t->h, &t->shorter) : 0;
@@ -76,6 +87,18 @@ static void refuse(rumo_integrator *q, trial *t) {
     q->has_jacobian = q->fresh;
 }
 
+/* Whether a step leads to where modes grow that it cannot have followed. Leaves the Jacobian of its end where that is far from
+ * the one that there was. */
+static int overlooks_growth(rumo_integrator *q, trial *t) {
+    double *const end = q->error, far = 0.0;
+    for (int i = 0; i < q->n; ++i) {
+        end[i] = q->y[i] + q->Z[2 * q->ld + i];
+        far = larger(far, fabs(end[i] - q->looked[i]) * q->relative / (q->absolute[i] + q->relative * fabs(q->looked[i])));
+    }
+    t->renewed = q->varies && far > FAR;
+    return t->renewed && jacobian_at(q, end) && t->h > TOO_LONG * longest_growing_step(q, t->h / TOO_LONG);
+}
+
 static void accept(rumo_integrator *q, trial *t) {
     ++q->work.steps;
     double grown = growth(t->error, t->corrections);
@@ -87,8 +110,10 @@ static void accept(rumo_integrator *q, trial *t) {
     set_weights(q);
     q->last = t->h;
     q->before = larger(t->error, 1e-2);
-    q->fresh = 0;
-    q->has_jacobian = q->contraction <= FAST;
+    if (!t->renewed) {
+        q->fresh = 0;
+        q->has_jacobian = q->contraction <= FAST;
+    }
     const double next = q->has_jacobian && grown >= 1.0 && grown <= SLIGHTLY ? t->h : grown * t->h;
     q->step = t->h < q->step ? larger(next, q->step) : next; /* it was cut to what was left */
     t->first = t->refused = 0;
@@ -112,10 +137,17 @@ static rumo_ending integrate(rumo_integrator *q, double duration, int jumped) {
             refuse(q, &t);
             continue;
         }
+        if (!fixed && overlooks_growth(q, &t)) {
+            ++q->work.rejected;
+            t.refused = 1;
+            q->step = q->longest;
+            q->has_jacobian = 0;
+            continue;
+        }
         accept(q, &t);
         if (!all_finite(q->y, q->n)) return RUMO_NO_VALUE;
         passed = t.h >= left || q->work.steps - begun == fixed ? duration : passed + t.h;
-        if (passed < duration && q->has_jacobian && !rates_at(q, q->y, q->rate)) return RUMO_NO_VALUE;
+        if (passed < duration && q->has_jacobian && !t.renewed && !rates_at(q, q->y, q->rate)) return RUMO_NO_VALUE;
     }
     return RUMO_ARRIVED;
 }
@@ -129,11 +161,13 @@ static rumo_ending advance_integrator(rumo_integrator *q, const double *x, const
     jumped = hold(p, s->parameters, q->p, q->p_lanes) || jumped;
     if (!q->moving || memcmp(q->y, x, (size_t)q->nx * sizeof *x) != 0) {
         q->moving = q->predicts = q->has_jacobian = 0;
+        forget_modes(q);
         q->factored = q->step = q->last = q->beginning = 0.0;
         q->quality = 1.0;
         jumped = 1;
         copy(q->y, x, q->nx);
     }
+    if (jumped && q->varies && q->loops * q->loops <= LOOK_AT) q->has_jacobian = 0;
     if (jumped) q->predicts = 0; /* rates jump: what they were says no more of the stages than nothing does */
     copy(q->start, q->y, q->n);
     set_weights(q);

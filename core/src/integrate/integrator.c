@@ -5,6 +5,7 @@
 #include "base/arena.h"
 #include "base/copies.c"
 #include "check.c"
+#include "integrate/growth.c"
 #include "integrate/integrator.h"
 #include "stages/tape.c"
 
@@ -33,6 +34,13 @@ static void lay_out_integrator(arena *a, rumo_integrator *q, const rumo_system *
     q->registers = alloc_doubles(a, (ptrdiff_t)(few > many ? few : many) * CHUNK);
     q->terms = alloc_doubles(a, (ptrdiff_t)s->slots * LANES);
     q->J = alloc_doubles(a, given->J.count);
+    q->loop = alloc_ints(a, q->n);
+    q->place = alloc_ints(a, given->J.count);
+    const ptrdiff_t modes = q->n < MOST_MODES ? q->n : MOST_MODES;
+    q->modes = alloc_doubles(a, modes * modes);
+    q->lower = alloc_doubles(a, modes * modes);
+    q->balance = alloc_doubles(a, modes);
+    q->looked = alloc_doubles(a, q->n);
     const int whole = f->unknowns == 0;
     q->inverse = alloc_doubles(a, whole ? 3 * (ptrdiff_t)q->n * ld : 0);
     q->pivots = alloc_ints(a, whole ? q->n : 0);
@@ -54,6 +62,7 @@ static void reset_integrator(rumo_integrator *q) {
     q->moving = q->predicts = q->has_jacobian = q->fresh = 0;
     q->factored = q->step = q->last = q->beginning = q->contraction = 0.0;
     q->before = q->quality = 1.0;
+    forget_modes(q);
     copy(q->y + q->nx, q->system.algebraic_guess, q->nz);
 }
 
@@ -75,6 +84,12 @@ RARE static rumo_integrator *create_integrator(const rumo_system *system, void *
         const int entry = inside[3 * e] - s->J.first;
         q->diagonal[e] = s->J.row[entry] == s->J.column[entry] && s->J.row[entry] < q->nx;
     }
+    for (int e = 0; e < s->J.count; ++e) q->varies = q->varies || isnan(s->fixed[s->J.first + e]);
+    q->phase = smaller(pow(tolerance / ERROR_OF_GROWTH, 1.0 / 6.0), 1.0);
+    q->longest = q->exact = 0;
+    q->seen = 0;
+    find_places(q);
+    zero(q->J, s->J.count);
     reset_integrator(q);
     return q;
 }

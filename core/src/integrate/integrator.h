@@ -33,6 +33,15 @@ struct rumo_integrator {
     int *diagonal;              /* (inner nonzeros,): whether it is on that of a state */
     double *entries, *local;    /* (entries, 3), (n, 3) */
 
+    int varies;                 /* whether the Jacobian does */
+    int loops, *loop, *place;   /* see integrate/growth.c; (n,), (nonzeros,) */
+    double phase;               /* by which growing modes may turn or grow in a step [rad] */
+    double *modes, *lower, *balance; /* (n, n) twice; (n,): what balances the Jacobian */
+    double longest;             /* step in which they do; 0 where that is not known of the Jacobian, */
+    int exact;                  /* or where it is not exact one that is shorter */
+    long long seen;             /* steps before that was found out */
+    double *looked;             /* (n,): y of the Jacobian */
+
     int moving;                 /* whether y is where the last step ended: polynomial and step are of use */
     int predicts;               /* whether there is a polynomial */
     int has_jacobian, fresh;    /* and whether it is of y */

@@ -40,17 +40,30 @@ static int rates_at(rumo_integrator *q, const double *y, double *rate) {
     return finite;
 }
 
-/* The same with the Jacobian, where the step begins. */
-static int jacobian_at_start(rumo_integrator *q) {
+/* With more states than the root of this in loops, Jacobians are not looked at in each step: that takes longer than a step. */
+#define LOOK_AT 1024
+
+/* The same with the Jacobian, into q->rate and q->J. */
+static int jacobian_at(rumo_integrator *q, const double *y) {
     const rumo_pattern *const J = &q->system.J;
-    to_all_lanes(q->y, q->n, q->y_lanes);
+    to_all_lanes(y, q->n, q->y_lanes);
+    copy(q->looked, y, q->n);
     const guess_lanes in = arguments_of(q);
     ++q->work.jacobians;
-    q->factored = 0.0;
     const int finite = q->code.jacobian(&q->system.jacobian, &in, LANES, q->registers, q->terms);
     for (int i = 0; i < q->n; ++i) q->rate[i] = q->terms[(ptrdiff_t)i * LANES];
-    for (int e = 0; e < J->count; ++e) q->J[e] = q->terms[(ptrdiff_t)(J->first + e) * LANES];
+    int changed = 0;
+    for (int e = 0; e < J->count; ++e) {
+        const double value = q->terms[(ptrdiff_t)(J->first + e) * LANES];
+        changed |= !(q->J[e] == value);
+        q->J[e] = value;
+    }
+    if (changed) q->factored = 0.0;
+    if (changed && (q->work.steps - q->seen + 1) * LOOK_AT >= (long long)q->loops * q->loops) q->longest = q->exact = 0;
     return q->has_jacobian = q->fresh = finite && all_finite(q->J, J->count);
 }
+
+/* The same where the step begins. */
+static int jacobian_at_start(rumo_integrator *q) { return jacobian_at(q, q->y); }
 
 #endif

@@ -20,7 +20,7 @@ class Integrated:
     sampling_time : float
         Over which inputs are held, if nothing else is said [s].
     tolerance : float
-        Relative, and absolute in units of the scales.
+        Relative, and absolute in units of the scales, see `Plant`.
     scales : ndarray, shape (nx + nz,)
         Sizes below which variables do not matter.
     """
