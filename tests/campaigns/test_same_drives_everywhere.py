@@ -1,4 +1,4 @@
-"""The example's drives give the same rows to the last bit, one by one, on the cluster within this process, on another."""
+"""The example's drives give the same rows to the last bit, one by one and on two clusters."""
 
 from pathlib import Path
 

@@ -43,25 +43,29 @@ def write_compact(path: Path, parts: Sequence[Path]) -> None:
     FileError
         If a part is torn, or has no rows of a campaign.
     """
-    schemas, places, sizes = list[Any](), list[Place](), list[int]()
-    for part in parts:
-        with opened(part) as file:
-            schemas.append(file.schema_arrow)
-            places += [(part, i) for i in range(file.num_row_groups)]
-            sizes += [file.metadata.row_group(i).num_rows for i in range(file.num_row_groups)]
-    kinds = kinds_of(schemas)
+    places, starts = list[Place](), [0]
+
+    def schemas() -> Generator[Any]:
+        for part in parts:
+            with opened(part) as file:
+                for i in range(file.num_row_groups):
+                    places.append((part, i))
+                    starts.append(starts[-1] + file.metadata.row_group(i).num_rows)
+                yield file.schema_arrow
+
+    kinds = kinds_of(schemas())
     rows = _in_order(parts, kinds)
     parquet: Any = required("pyarrow.parquet", "campaign", "campaign")
 
     def write(place: Path) -> None:
         with parquet.ParquetWriter(place, schema_of(kinds).with_metadata({MARK: b"1"})) as writer:
-            for group in _groups(places, [0, *accumulate(sizes)], rows, kinds):
+            for group in _groups(places, starts, rows, kinds):
                 writer.write_table(group)
 
     write_whole(path, write, durable=True)
 
 
-def _in_order(parts: Sequence[Path], kinds: dict[str, Kind]) -> list[int]:
+def _in_order(parts: Sequence[Path], kinds: dict[str, Kind]) -> Any:
     """Numbers of the rows that count, in the order of the part with all of them, counted over parts."""
     decisive = [name for name in kinds if name in (*ORDER, "outcome")]
     tables = list[Any]()
@@ -71,16 +75,14 @@ def _in_order(parts: Sequence[Path], kinds: dict[str, Kind]) -> list[int]:
     table = put_together(tables, {name: kinds[name] for name in decisive})
     table = table.append_column("number", array_of(range(len(table)), "int64")).take(array_of(chosen(table), "int64"))
     order = [(name, "ascending") for name in ORDER if name in decisive]
-    return table.sort_by(order)["number"].to_pylist()
+    return table.sort_by(order)["number"]
 
 
-def _groups(
-    places: Sequence[Place], starts: Sequence[int], rows: Sequence[int], kinds: dict[str, Kind]
-) -> Generator[Any]:
+def _groups(places: Sequence[Place], starts: Sequence[int], rows: Any, kinds: dict[str, Kind]) -> Generator[Any]:
     """Tables of rows, by their numbers: groups of parts are in memory as long as there are rows of theirs."""
     there: dict[int, Any] = {}
     for first in range(0, len(rows), GROUP):
-        wanted = rows[first : first + GROUP]
+        wanted = rows.slice(first, GROUP).to_pylist()
         of_row = [bisect_right(starts, row) - 1 for row in wanted]
         there = {i: there[i] if i in there else _read(places[i]) for i in sorted({*of_row})}
         begins = dict(zip(there, accumulate((len(table) for table in there.values()), initial=0), strict=False))

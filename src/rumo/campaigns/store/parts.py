@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Mapping, Sequence, Set
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,8 @@ from rumo.extras import required
 from rumo.files import write_whole
 
 ENDING = ".parquet"
+CHUNK = 10_000
+"""Rows of which keys are texts of Python's at a time."""
 CURE = "Move it away: runs of which it had the rows are made again."
 
 
@@ -80,20 +82,24 @@ def read_records(paths: Iterable[Path], keys: Set[str]) -> list[Row]:
     for path in paths:
         with opened(path) as file:
             for group in range(file.num_row_groups):
-                if keys.isdisjoint(file.read_row_group(group, ["key"])["key"].to_pylist()):
+                there = file.read_row_group(group, ["key"])["key"].to_pylist()
+                wanted = [i for i, key in enumerate(there) if key in keys]
+                if not wanted:
                     continue
-                for row in file.read_row_group(group).to_pylist():
+                for row in file.read_row_group(group).take(array_of(wanted, "int64")).to_pylist():
                     before = found.get(row["key"])
-                    if row["key"] in keys and (before is None or before["outcome"] != DONE):
+                    if before is None or before["outcome"] != DONE:
                         found[row["key"]] = row
     return [*found.values()]
 
 
 def kinds_of(schemas: Iterable[Any]) -> dict[str, Kind]:
     """Columns of tables with these Arrow schemas, in order, each with the kind that holds its values in all of them."""
-    found = [{field.name: str(field.type) for field in schema} for schema in schemas]
-    names = in_order(name for kinds in found for name in kinds)
-    return {name: common_kind(kinds.get(name, "null") for kinds in found) for name in names}
+    found: dict[str, set[Kind]] = {}
+    for schema in schemas:
+        for field in schema:
+            found.setdefault(field.name, set()).add(str(field.type))
+    return {name: common_kind(found[name]) for name in in_order(found)}
 
 
 def put_together(tables: Sequence[Any], kinds: Mapping[str, Kind]) -> Any:
@@ -111,13 +117,19 @@ def schema_of(kinds: Mapping[str, Kind]) -> Any:
 
 def chosen(table: Any) -> list[int]:
     """Which rows count, of each key one: that of a run that came to its end, else the last."""
-    best: dict[str, int] = {}
-    outcomes = table["outcome"].to_pylist()
-    for i, key in enumerate(table["key"].to_pylist()):
+    best, done = dict[str, int](), bytearray()
+    for i, (key, outcome) in enumerate(keys_and_outcomes(table)):
+        done.append(outcome == DONE)
         before = best.get(key)
-        if before is None or outcomes[before] != DONE:
+        if before is None or not done[before]:
             best[key] = i
     return sorted(best.values())
+
+
+def keys_and_outcomes(table: Any) -> Iterator[tuple[str, str]]:
+    """Of each row, read as they are asked for."""
+    for batch in table.select(["key", "outcome"]).to_batches(CHUNK):
+        yield from zip(batch["key"].to_pylist(), batch["outcome"].to_pylist(), strict=True)
 
 
 def _table_of(rows: Sequence[Row]) -> Any:

@@ -13,7 +13,15 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from rumo.campaigns.store.compaction import is_compact, write_compact
-from rumo.campaigns.store.parts import ENDING, parts_in, read_parts, read_records, remove_temporaries, write_part
+from rumo.campaigns.store.parts import (
+    ENDING,
+    keys_and_outcomes,
+    parts_in,
+    read_parts,
+    read_records,
+    remove_temporaries,
+    write_part,
+)
 from rumo.campaigns.store.room import writing_to
 from rumo.campaigns.tasks.rows import DONE
 from rumo.campaigns.tasks.task import Row, canonical
@@ -114,8 +122,7 @@ class Store:
     def keys(self, *, failed: bool = True) -> set[str]:
         """Of the rows that are stored; on demand only of those whose runs came to their end."""
         table = read_parts(parts_in(self._rows), ["key", "outcome"])
-        keys, outcomes = table["key"].to_pylist(), table["outcome"].to_pylist()
-        return {key for key, outcome in zip(keys, outcomes, strict=True) if failed or outcome == DONE}
+        return {key for key, outcome in keys_and_outcomes(table) if failed or outcome == DONE}
 
     def rows(self) -> pd.DataFrame:
         """All rows that are stored."""
