@@ -173,6 +173,17 @@ def test_batches_come_back_before_all_of_a_batch_is_done(embedded, serial_rows, 
     assert rows_of(embedded, mixed_tasks(COUNT), MIXED) == serial_rows
 
 
+def test_rows_of_a_batch_do_not_wait_for_a_run_that_takes_long(monkeypatch):
+    monkeypatch.setattr(on_worker, "LONGEST", 0.2)
+    monkeypatch.setattr("rumo.campaigns.tasks.process.HEARTBEAT", 0.05)
+    begin = rumo.__version__, "a campaign", WORK, {"timeout": 0.6}
+    rows, _ = on_worker.carry_out_batch(*begin, [task(0), task(1, "never end"), task(2)])
+    assert [row["draw"] for row in rows] == [0]
+    rows, _ = on_worker.carry_out_batch(*begin, [task(1, "never end"), task(2)])
+    assert [(row["outcome"], row["attempts"]) for row in rows] == [("timeout", 1)]
+    on_worker.end_campaign("a campaign")
+
+
 def test_a_run_that_ends_each_worker(embedded, monkeypatch):
     from distributed import KilledWorker
 

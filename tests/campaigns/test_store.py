@@ -17,9 +17,10 @@ from hypothesis import strategies as st
 
 import rumo
 import rumo.campaigns.store.parts
+from rumo.campaigns.store.alone import LOCK
 from rumo.campaigns.store.arrays import array_of, type_of
 from rumo.campaigns.store.kinds import common_kind, converted, in_order, kind_of
-from rumo.campaigns.store.store import LOCK, PART, Store, read_head, read_rows
+from rumo.campaigns.store.store import PART, Store, read_head, read_rows
 from rumo.errors import CampaignError, FileError
 
 SPECIFICATION = {"name": "a", "runs": 3}
@@ -367,7 +368,7 @@ def hold(folder, ready, end):
 
 
 def test_two_at_once_are_refused_and_a_dead_one_is_not_in_the_way(folder, monkeypatch):
-    monkeypatch.setattr("rumo.campaigns.store.store.PATIENCE", 0.1)
+    monkeypatch.setattr("rumo.campaigns.store.alone.PATIENCE", 0.1)
     context = multiprocessing.get_context("spawn")
     ready, end = context.Event(), context.Event()
     other = context.Process(target=hold, args=(folder, ready, end))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from threading import Lock, Thread
 from time import monotonic, sleep
 from typing import Any
@@ -18,11 +18,15 @@ IDLE = 60.0
 """How long a process waits for another batch [s]; the client may have gone."""
 
 LONGEST = 10.0
-"""After which a batch comes back with the rows that it has [s]: its runs were thought to be shorter, and rows that are
-here are stored nowhere."""
+"""After which a batch comes back with the rows that it has [s]: they are stored nowhere yet. The run that it is at was
+thought to be far shorter, and is begun again in a batch of its own."""
 
 REMEMBERED = 1000
 """Campaigns that have ended."""
+
+
+class _OverdueError(Exception):
+    """A batch has rows, and takes longer than it may."""
 
 
 class Pool:
@@ -126,10 +130,15 @@ def carry_out_batch(
     try:
         with _pool.taken(campaign, work, common) as process:
             rows = list[Row]()
-            for task in tasks:
-                rows.append(process.run(task))
-                if monotonic() - begun > LONGEST:
-                    break
+
+            def require_time() -> None:
+                if rows and monotonic() - begun > LONGEST:
+                    raise _OverdueError
+
+            with suppress(_OverdueError):
+                for task in tasks:
+                    require_time()
+                    rows.append(process.run(task, require_time))
             return rows, monotonic() - begun
     except ClosedError:
         return [], 0.0  # nobody waits for it any more

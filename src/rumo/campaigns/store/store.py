@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import platform
-from collections.abc import Generator, Mapping, Set
-from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from collections.abc import Mapping, Set
+from contextlib import AbstractContextManager, ExitStack, suppress
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+from rumo.campaigns.store.alone import alone
 from rumo.campaigns.store.compaction import is_compact, write_compact
 from rumo.campaigns.store.parts import (
     ENDING,
@@ -27,7 +26,6 @@ from rumo.campaigns.tasks.rows import DONE
 from rumo.campaigns.tasks.task import Row, canonical
 from rumo.errors import ArgumentError, FileError
 from rumo.files import write_whole
-from rumo.locks import locked
 from rumo.scenarios.differences import differences
 from rumo.version import __version__
 
@@ -36,15 +34,13 @@ if TYPE_CHECKING:
 
 FORMAT = 1
 """Of keys and rows: others do not go together."""
-HEAD, ROWS, LOGS, LOCK = "campaign.json", "rows", "logs", ".lock"
+HEAD, ROWS, LOGS = "campaign.json", "rows", "logs"
 PART = 100
 """Rows from which a part is written."""
-PAUSE = 30.0
-"""How long a row waits for others at most until one is [s]."""
+PAUSE = 20.0
+"""How long a row waits for others until one is [s], after at most ten seconds on a worker."""
 MOST_LOGS = 100
 """Logs that are kept as runs end; those of further ones can be made again."""
-PATIENCE = 1.0
-"""How long to wait for another process that is about to leave the folder [s]."""
 
 
 class Store:
@@ -78,7 +74,7 @@ class Store:
         with ExitStack() as stack:
             try:
                 self._rows.mkdir(parents=True, exist_ok=True)
-                stack.enter_context(_alone(self.folder))
+                stack.enter_context(alone(self.folder))
             except OSError as error:
                 raise ArgumentError(
                     "output", f"'{folder}' ({error.strerror})", "a folder that can be written", "Name another folder."
@@ -287,25 +283,6 @@ def _compare(found: Mapping[str, Any], wanted: Mapping[str, Any], folder: Path) 
         words = differences(found.get("identity", {}), wanted["identity"])
         got = f"'{folder}' of another campaign{f': {words}' if words else ''}"
         raise ArgumentError("output", got, "a folder of this campaign", cure)
-
-
-@contextmanager
-def _alone(folder: Path) -> Generator[None]:
-    """Keep other processes from writing to a folder; its lock says who does."""
-    place = folder / LOCK
-    with locked(place, PATIENCE) as mine:
-        if not mine:
-            holder = ""
-            with suppress(OSError):  # it has just gone
-                holder = place.read_text(encoding="utf-8").strip()
-            raise ArgumentError(
-                "output",
-                f"'{folder}', in use by {holder or 'another process'}",
-                "a folder that no other campaign writes to",
-                "Wait for it, or name another folder.",
-            )
-        place.write_text(f"process {os.getpid()} on {platform.node()}\n", encoding="utf-8")
-        yield
 
 
 def _name(number: int) -> str:
