@@ -89,6 +89,13 @@ def printable(value: object, argument: str, expected: str = "text") -> str:
     return value
 
 
+def a_name(value: object, argument: str) -> str:
+    """`value`, a name that readers can see; an empty one raises, and so does one that `printable` refuses."""
+    if not printable(value, argument, "a name").strip():
+        raise ArgumentError(argument, f"the name {value!r}", "a name that is not empty")
+    return str(value)
+
+
 def as_numbers(value: object, argument: str) -> NDArray[np.floating[Any]]:
     """`value`, real numbers, as an array of floats; no text, and no None, which NumPy takes for NaN."""
     try:

@@ -6,6 +6,9 @@ import difflib
 from collections.abc import Iterable
 from typing import Any
 
+NEAREST = 3
+"""Names that a message has of those that are too many for it."""
+
 
 class RumoError(Exception):
     """Base class of every error that Rumo raises on purpose."""
@@ -63,13 +66,30 @@ class FileError(ArgumentError):
 
 
 class UnknownNameError(ArgumentError):
-    """A name that nothing answers to."""
+    """A name that nothing answers to.
 
-    def __init__(self, argument: str, name: object, known: Iterable[str], cure: str = "") -> None:
-        names = list(known)
-        close = difflib.get_close_matches(str(name), names, n=1)
-        hint = f"Did you mean {close[0]!r}?" if close else cure
+    Parameters
+    ----------
+    argument : str
+        Name of the argument.
+    name : object
+        What came.
+    known : iterable of str
+        Names that there are.
+    cure : str
+        What to do about it, if none of them is like it.
+    among : str
+        What they are and where all of them can be seen, if they are too many for a message, which then names only
+        those that are like what came.
+    """
+
+    def __init__(self, argument: str, name: object, known: Iterable[str], cure: str = "", among: str = "") -> None:
+        names = list(dict.fromkeys(known))
+        close = difflib.get_close_matches(str(name), names, n=NEAREST if among else 1)
+        hint = f"Did you mean {' or '.join(map(repr, close))}?" if close else cure
         expected = "one of " + ", ".join(names) if names else "nothing: no name exists here"
+        if among:
+            expected = f"one of {len(names)} {among}"
         super().__init__(argument, repr(name), expected, hint)
 
 

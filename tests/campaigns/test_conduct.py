@@ -130,6 +130,22 @@ def test_other_criteria_where_figures_are_chosen(tmp_path):
     assert as_begun(begun, tmp_path / "nowhere") is begun
 
 
+def test_criteria_and_settings_are_shown_in_the_order_of_the_file(tmp_path):
+    vary = {"speed": [6.0, 8.0], "mass": [190.0, 210.0]}
+    criteria = {"trusted": {"kpi": "fallbacks", "at_most": 0}, "close": {"kpi": "tracking_error_rms", "at_most": 0.3}}
+    specification = rumo.Campaign(rumo.Recipe("paper"), vary, criteria=criteria).plain
+    with Store(tmp_path, specification) as store:
+        for draw, (speed, mass) in enumerate(((6.0, 190.0), (8.0, 210.0))):
+            figures = {"kpi.fallbacks": 0, "kpi.tracking_error_rms_m": 0.1, "kpi.bad_commands": draw}
+            settings = {"setting.speed": speed, "setting.mass": mass}
+            store.add({"key": f"{draw:x}", "draw": draw, "controller": "rti", "outcome": "done", **settings, **figures})
+        store.flush()
+    results = read_results(tmp_path)
+    assert [each.name for each in results.criteria] == ["trusted", "close"]
+    assert results.varied == ("speed", "mass")
+    assert results.figures == ("kpi.fallbacks", "kpi.tracking_error_rms_m", "kpi.bad_commands")
+
+
 def test_another_campaign_in_the_folder(file, tmp_path):
     with Store(tmp_path / "out", {"another": 1}):
         pass

@@ -24,7 +24,7 @@ def folder(tmp_path_factory):
     """Of a small campaign, one of whose runs is missing."""
     place = tmp_path_factory.mktemp("campaigns") / "small"
     recipe = Recipe("paper", {"duration": 1.0})
-    campaign = Campaign(recipe, {"speed": [6.0, 8.0, 10.0]}, criteria=CRITERIA, report={"heat_map": ["speed", "speed"]})
+    campaign = Campaign(recipe, {"speed": [6.0, 8.0, 10.0]}, criteria=CRITERIA)
     with Store(place, campaign.plain) as store:
         for task in list(campaign.tasks)[:2]:
             settings = {f"setting.{name}": value for name, value in task["settings"].items()}

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from math import isinf, isnan
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from rumo.errors import ArgumentError, FileError
 from rumo.scenarios.arguments import Plain
@@ -45,16 +45,22 @@ def flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, Plain]:
     """
     found: dict[str, Plain] = {}
     for key, value in table.items():
-        name, whole = f"{prefix}{key}", cast("Plain", value)
-        nested = isinstance(value, Mapping) and KIND not in value and not is_range(value)
-        if nested and not value:
-            raise ArgumentError(name, "an empty table", "a value, or a table of values", "Or leave it out.")
-        for inner, item in (flattened(value, f"{name}.") if nested else {name: whole}).items():
-            if inner in found:
-                got = f"two values, {found[inner]!r} and {item!r}"
-                raise ArgumentError(inner, got, "one of them", "By its dotted name and in a table it is the same.")
-            found[inner] = item
+        name = f"{prefix}{key}"
+        own: dict[str, Any] = {name: value}
+        if isinstance(value, Mapping) and KIND not in value and not is_range(value):
+            if not value:
+                raise ArgumentError(name, "an empty table", "a value, or a table of values", "Or leave it out.")
+            own = flattened(value, f"{name}.")
+        require_once(own, found)
+        found |= own
     return found
+
+
+def require_once(names: Iterable[str], known: Collection[str]) -> None:
+    """Raise if a setting is there already: TOML takes a dotted name in quotes for another one than that of tables."""
+    for name in names:
+        if name in known:
+            raise ArgumentError(name, "two values", "one", "It is set by its dotted name and within a table.")
 
 
 def line_of(path: str | Path, name: str) -> int | None:

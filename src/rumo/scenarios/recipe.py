@@ -79,7 +79,9 @@ class Recipe:
     @classmethod
     def of(cls, table: Any, folder: Path = Path()) -> Recipe:
         """A recipe from plain data: `base` beside the settings, whose tables may be nested."""
-        if not isinstance(table, Mapping) or BASE not in table:
+        if table is not None and not isinstance(table, Mapping):
+            raise ArgumentError(SCENARIO, repr(table), f"a table: [{SCENARIO}]")
+        if table is None or BASE not in table:
             raise ArgumentError(f"{SCENARIO}.{BASE}", "nothing", f'{BASE} = "paper", or another of {", ".join(BASES)}')
         settings = {key: value for key, value in table.items() if key != BASE}
         base = table[BASE]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rumo.campaigns.judging.columns import DONE, KPI, RUN, column_of, done, inside, numbers, title_of, unit_of
-from rumo.checks import finite_number, printable
+from rumo.checks import a_name, finite_number, printable
 from rumo.errors import ArgumentError, UnknownNameError
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class Criterion:
     at_least: float | None = None
 
     def __post_init__(self) -> None:
-        printable(self.name, "name")
+        a_name(self.name, "criteria")
         printable(self.kpi, self._named("kpi"), "the key of a figure of merit")
         for field in ("at_most", "at_least"):
             value = getattr(self, field)

@@ -11,7 +11,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rumo.campaigns.judging.columns import KPI, RUN, SETTING, better_of, column_of, is_seed, kpi_of, numbers, texts
+from rumo.campaigns.judging.columns import (
+    BY_KEY,
+    KPI,
+    RUN,
+    SETTING,
+    better_of,
+    column_of,
+    is_seed,
+    key_of,
+    kpi_of,
+    numbers,
+    texts,
+)
 from rumo.campaigns.judging.criteria import Criterion
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.signals import Array
@@ -75,9 +87,14 @@ class Results:
 
     @cached_property
     def varied(self) -> tuple[str, ...]:
-        """Names of settings that have more than one value, without seeds."""
+        """Names of settings that have more than one value, without seeds, in the order of the campaign's."""
         names = [column.removeprefix(SETTING) for column in self.rows.columns if column.startswith(SETTING)]
-        return tuple(name for name in names if not is_seed(name) and len(set(texts(self.rows, SETTING + name))) > 1)
+        asked = [name for name in self.specification.get("vary", {}) if name in names]
+        return tuple(
+            name
+            for name in dict.fromkeys((*asked, *names))
+            if not is_seed(name) and len(set(texts(self.rows, SETTING + name))) > 1
+        )
 
     @cached_property
     def numeric(self) -> tuple[str, ...]:
@@ -90,9 +107,14 @@ class Results:
 
     @cached_property
     def figures(self) -> tuple[str, ...]:
-        """Columns with figures of merit of which something is known: those of criteria first, times of steps last."""
+        """Columns with figures of merit of which something is known: those of criteria first, times of steps last, the
+        others as in `rumo.studies.kpis.KPIS`."""
         judged = [column_of(each.kpi, self.rows.columns) for each in self.criteria]
-        every = [column for column in self.rows.columns if column.startswith(KPI)]
+        places = {key: place for place, key in enumerate(BY_KEY)}
+        every = sorted(
+            (column for column in self.rows.columns if column.startswith(KPI)),
+            key=lambda column: places.get(key_of(column).partition(".")[0], len(places)),
+        )
         times = [column for column in self.rows.columns if column.startswith(RUN) and kpi_of(column) is not None]
         return tuple(
             column

@@ -14,13 +14,15 @@ from rumo.studies.kpis import KPIS
 OTHER_KEYS = {f"step_time_{part}_us": "step_time" for part in STEP_TIMES} | {"deadline_misses": "deadline_misses"}
 """Figures that rows have by keys of their own: those of times."""
 
+EVERY = "figures of merit (all of them: rumo.studies.kpis.KPIS, and the documentation's page on logs)"
+
 
 def kpi_name(key: object, argument: str) -> str:
     """Name of a figure of merit, from its name or its key, which may have a part; others raise, naming `argument`."""
     known = {kpi.key: name for name, kpi in KPIS.items()} | {name: name for name in KPIS} | OTHER_KEYS
     if not isinstance(key, str) or key.partition(".")[0] not in known:
         keys = [kpi.key for kpi in KPIS.values()]
-        raise UnknownNameError(argument, key, KPIS if argument == "kpis" else (*keys, *OTHER_KEYS))
+        raise UnknownNameError(argument, key, KPIS if argument == "kpis" else (*keys, *OTHER_KEYS), among=EVERY)
     return known[key.partition(".")[0]]
 
 
@@ -53,8 +55,10 @@ def as_report(report: Any, vary: Mapping[str, Any]) -> dict[str, Any]:
             raise UnknownNameError(f"report.{key}", key, ("heat_map",))
     names = shown.get("heat_map", [])
     if not isinstance(names, list | tuple) or len(names) not in (0, 2):
-        raise ArgumentError("report.heat_map", repr(names), "two settings that vary")
+        raise ArgumentError("report.heat_map", repr(names), "two settings that vary, as a list of their names")
     for name in names:
         if name not in vary:
             raise UnknownNameError("report.heat_map", name, vary)
+    if names and names[0] == names[1]:
+        raise ArgumentError("report.heat_map", f"{names[0]!r} twice", "two settings that vary")
     return {"heat_map": list(names)} if names else {}

@@ -12,7 +12,7 @@ from rumo.campaigns.specification.files import with_files
 from rumo.campaigns.specification.sampling import Grid
 from rumo.errors import ArgumentError, FileError, UnknownNameError
 from rumo.scenarios import Recipe
-from rumo.scenarios.files import line_of
+from rumo.scenarios.files import line_of, require_once
 
 TABLES = ("campaign", "scenario", "vary", "criteria", "report")
 SETTINGS = ("runs", "controllers", "sampling", "seed", "timeout", "kpis", "logs")
@@ -57,12 +57,10 @@ def settings_in(tables: Mapping[str, Any], table: str, known: Sequence[str]) -> 
 def varied_in(tables: Mapping[str, Any], table: str, recipe: Recipe, folder: Path) -> dict[str, Grid | Distribution]:
     """Grids and distributions of a table, by dotted names; names of files are relative to a folder."""
     found: dict[str, Grid | Distribution] = {}
-    for name, each in _varied(tables.get(table, {}), "", table):
-        if name in found:
-            expected = "one of them"
-            cure = "By its dotted name and in a table it is the same."
-            raise ArgumentError(f"{table}.{name}", f"two values, {found[name].plain} and {each.plain}", expected, cure)
-        found[name] = each
+    for name, values in _varied(tables.get(table, {}), "", table):
+        with within(table):
+            require_once((name,), found)
+        found[name] = values
     return with_files(found, recipe, folder)
 
 
@@ -90,6 +88,8 @@ def within(table: str) -> Generator[None]:
     try:
         yield
     except ArgumentError as error:
+        if error.argument.partition(".")[0] == table:
+            raise
         raise renamed(error, f"{table}.{error.argument}".rstrip(".")) from None
 
 

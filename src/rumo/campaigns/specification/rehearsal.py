@@ -79,7 +79,7 @@ def _told_of(campaign: Campaign, settings: Mapping[str, Plain], tried: str | Non
 def _told(error: ArgumentError, campaign: Campaign, settings: Mapping[str, Plain], tried: str | None) -> ArgumentError:
     """An error by the name that the campaign has for what is wrong, and with its value."""
     every = dict(campaign.recipe.settings) | dict(settings)
-    within = [name for name in every if re.match(rf"{re.escape(name)}\b", error.argument)]
+    within = [name for name in every if re.match(rf"{re.escape(name)}(?!\w)", error.argument)]
     name = (max(within, key=len, default=None) or blamed(error, every)) if tried is None else tried
     if name is None:
         return ArgumentError(f"scenario: {error.argument}", error.got, error.expected, error.cure)

@@ -110,7 +110,7 @@ class Store:
 
     def describe(self) -> None:
         """Have the folder say what the campaign is now, in what may change from one start to the next."""
-        text = json.dumps(self._head, indent=2, sort_keys=True) + "\n"
+        text = json.dumps(self._head, indent=2) + "\n"
 
         with self._guarded():
             write_whole(self.folder / HEAD, lambda place: place.write_text(text, encoding="utf-8"), durable=True)
@@ -271,7 +271,8 @@ def read_rows(folder: str | Path) -> pd.DataFrame:
 
 def _head(specification: Mapping[str, Any], identity: Mapping[str, Any]) -> dict[str, Any]:
     digest = hashlib.sha256(canonical(identity).encode()).hexdigest()
-    told = {"specification": json.loads(canonical(specification)), "identity": json.loads(canonical(identity))}
+    # As JSON has them, in their order: the first criterion is the first that was given.
+    told = {"specification": json.loads(json.dumps(specification)), "identity": json.loads(json.dumps(identity))}
     return {"format": FORMAT, "rumo": __version__, "hash": digest, **told}
 
 

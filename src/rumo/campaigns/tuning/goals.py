@@ -12,7 +12,7 @@ import numpy as np
 
 from rumo.campaigns.judging.columns import DONE, KPI, RUN, inside, key_of, title_of, unit_of
 from rumo.campaigns.tasks.task import Row
-from rumo.checks import finite_number, known_names, positive_number, printable
+from rumo.checks import a_name, finite_number, known_names, positive_number, printable
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.signals import Array
 
@@ -81,7 +81,7 @@ class Goal:
     of: str = "mean"
 
     def __post_init__(self) -> None:
-        printable(self.name, self.TABLE)
+        a_name(self.name, self.TABLE)
         printable(self.kpi, self._argument("kpi"))
         known_names((self.of,), self._argument("of"), OVER)
 
