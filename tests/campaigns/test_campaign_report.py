@@ -1,6 +1,7 @@
 """A campaign's report: what it says is so, whatever the rows are."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.stats import spearmanr
 import rumo
 from rumo.campaigns.judging.criteria import Criterion
 from rumo.campaigns.judging.results import Results
+from rumo.campaigns.judging.statistics import holm
 from rumo.campaigns.judging.summary import summary
 from rumo.campaigns.report import report
 from rumo.report.charts import HeatMap, Panels
@@ -88,6 +90,56 @@ def test_controllers_are_compared_on_the_same_draws(results, found):
     assert farther["first_better"] == pytest.approx(0.5, abs=0.5)
     ahead = results.rows.pivot_table(index="draw", columns="controller", values="kpi.distance_m").dropna()
     assert farther["first_better"] == pytest.approx((ahead["rti"] > ahead["ltv"]).mean())
+
+
+def test_what_stands_of_several_comparisons_is_said(results, found):
+    (said,) = found.summary["comparisons"]
+    chances = [each["chance"] for each in said["criteria"].values()]
+    assert [each["corrected"] for each in said["criteria"].values()] == holm(chances)
+    words = [item for item in items(found) if isinstance(item, str)]
+    none = [item for item in words if "none stands" in item]
+    assert len(none) == (min(holm(chances)) >= 0.05)
+    assert sum("not corrected for their number" in item for item in words) == 1
+
+
+def test_each_difference_is_told_from_0_and_no_more(found):
+    (said,) = found.summary["comparisons"]
+    low, high = said["kpis"]["tracking_error_max_after_2s_m"]["interval"]
+    (words,) = [item for item in items(found) if isinstance(item, str) and item.startswith("RTI less LTV")]
+    assert ("which includes 0" if low <= 0.0 <= high else "which leaves out 0") in words
+
+
+GAUSS = {"distribution": "normal", "mean": 200.0, "std": 20.0}
+
+
+@pytest.mark.parametrize(
+    ("vary", "sampling", "said", "not_said"),
+    [
+        ({"mass": GAUSS}, "sobol", "Sobol's sequence are spread more evenly.*nothing guarantees", "grid"),
+        ({"mass": GAUSS}, "latin-hypercube", "in a Latin hypercube are spread more evenly", "grid"),
+        ({"mass": GAUSS}, "random", "made for independent draws.$", "grid|evenly"),
+        (
+            {"mass": GAUSS, "speed": [6.0, 8.0]},
+            "sobol",
+            "All points of the grid.*same values of mass.*too narrow",
+            "drawn:",
+        ),
+        ({"seed": {"from": 0, "to": 3}}, "sobol", "Points of a grid were chosen and not drawn", "Sobol|mass"),
+    ],
+)
+def test_what_wilsons_interval_is_made_for_is_said_once(results, vary, sampling, said, not_said):
+    specification = {"campaign": {"sampling": sampling}, "vary": vary}
+    page = report(replace(results, specification=specification))
+    (words,) = [item for item in items(page) if isinstance(item, str) and "Wilson" in item]
+    assert re.search(said, words)
+    assert not re.search(not_said, words)
+
+
+def test_the_heat_map_does_not_say_that_anything_depends(results):
+    rows = results.rows.copy()
+    rows[CLOSE] = np.random.default_rng(1).uniform(0.1, 0.5, len(rows))  # whatever the settings
+    words = [item for item in items(report(replace(results, rows=rows))) if isinstance(item, str)]
+    assert any("neither is clearly more than chance" in item for item in words)
 
 
 def test_failures_are_told_by_kind(results, found):

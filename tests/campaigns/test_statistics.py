@@ -7,6 +7,7 @@ from scipy.stats import binomtest, norm, spearmanr, t
 from rumo.campaigns.judging.statistics import (
     difference_interval,
     discordance,
+    holm,
     mean_interval,
     paired,
     rank_correlation,
@@ -88,6 +89,14 @@ def test_rank_correlation_is_spearmans():
     assert found.clear
     assert rank_correlation(np.ones(10), np.arange(10.0)) is None
     assert rank_correlation(np.arange(4.0), np.arange(4.0)) is None
+
+
+def test_holm_corrects_for_how_many_tests_there_are():
+    random = np.random.default_rng(3)
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])  # Holm's steps, by hand
+    assert (holm([]), holm([0.2]), holm([0.9, 0.8])) == ([], [0.2], [1.0, 1.0])
+    tests = random.uniform(size=(2000, 5))  # nothing differs: any test errs in 5 of a hundred families at most
+    assert np.mean([min(holm(each)) < 0.05 for each in tests.tolist()]) == pytest.approx(0.05, abs=0.015)
 
 
 def test_who_passes_alone():

@@ -14,8 +14,9 @@ from rumo.campaigns.judging.statistics import difference_interval
 from rumo.campaigns.judging.summary import run_of, summary, versions
 from rumo.campaigns.report.failures import flattened
 from rumo.campaigns.report.headline import headline
-from rumo.campaigns.report.pairs import compared_items, pairs_panels, signed
+from rumo.campaigns.report.pairs import compared_items, pairs_panels, several_words, signed
 from rumo.campaigns.report.spread import spreads
+from rumo.campaigns.report.sureness import sureness
 from rumo.campaigns.report.words import ends, value_words
 from rumo.report.contents import Item, Report, Section
 from rumo.report.tables import Table, counts, number
@@ -53,6 +54,7 @@ def compare_campaigns(first: Results, second: Results, names: tuple[str, str] = 
         _differences(content, both),
         _changed(both, names),
         spreads(content, both.results),
+        sureness(content, both.results, (first.specification, second.specification)),
     ]
     lead = f"{number(len(first.rows))} runs of {names[0]} beside {number(len(second.rows))} of {names[1]}."
     return Report(f"{names[0]} and {names[1]}", lead, content, [each for each in sections if each is not None])
@@ -68,6 +70,7 @@ def _differences(content: Mapping[str, Any], both: Together) -> Section:
     items: list[Item] = []
     for found in content["comparisons"]:
         items += compared_items(found, (found["first"], found["second"]), "draws")
+    items += several_words(content)
     if both.alone:
         names = ", ".join(both.alone)
         items = [f"Only one campaign has the setting {names}: draws are not paired, and differences are less sure."]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -187,6 +187,24 @@ def discordance(first: NDArray[np.bool_], second: NDArray[np.bool_]) -> Discorda
     alone, other = int((first & ~second).sum()), int((second & ~first).sum())
     chance = float(binomtest(alone, alone + other).pvalue) if alone + other else 1.0
     return Discordance(int((first & second).sum()), alone, other, int((~first & ~second).sum()), chance)
+
+
+def holm(chances: Sequence[float]) -> list[float]:
+    """Probabilities of several tests (n,), each as small as all tests together allow: Holm's step-down correction.
+
+    Those below 0.05 are the tests that stand where the probability that any of them errs is to be 5 % at most, however
+    they depend on each other.
+
+    Notes
+    -----
+    Source: Holm (1979), Scand. J. Stat. 6.
+    """
+    order = np.argsort(chances, kind="stable")
+    left = np.arange(len(chances), 0, -1)
+    corrected = np.minimum(np.maximum.accumulate(left * np.asarray(chances, dtype=float)[order]), 1.0)
+    found = np.empty(len(chances))
+    found[order] = corrected
+    return found.tolist()
 
 
 def _blocks(values: Array, seed: int) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 
 from rumo.campaigns.judging.columns import DONE, MADE_WITH, RUN, STATUS, better_of, key_of, numbers, texts
 from rumo.campaigns.judging.results import Results
-from rumo.campaigns.judging.statistics import discordance, paired, rank_correlation, wilson
+from rumo.campaigns.judging.statistics import discordance, holm, paired, rank_correlation, wilson
 from rumo.signals import Array
 
 WORST = 10
@@ -39,7 +39,8 @@ def summary(results: Results, pairs: Iterable[tuple[str, str]] | None = None) ->
         for each figure of merit how many runs know it, mean, percentiles, least and most, and which builds of the core
         drove how many. `worst`: the worst runs
         by the first criterion. `rank_correlations`: by figure, setting and controller. `comparisons`: of each two
-        controllers on the same draws. `failures`: what went wrong, by kind. `versions`: of what made the rows.
+        controllers on the same draws; of criteria with the probability `chance` of the sign test, and `corrected` by
+        Holm for all of them together. `failures`: what went wrong, by kind. `versions`: of what made the rows.
     """
     rows, compared = results.rows, combinations(results.controllers, 2) if pairs is None else pairs
     return {
@@ -51,7 +52,7 @@ def summary(results: Results, pairs: Iterable[tuple[str, str]] | None = None) ->
         "controllers": {name: _controller(results, name) for name in results.controllers},
         "worst": [run_of(results, row, results.leading) for row in worst(results)],
         "rank_correlations": {key_of(column): correlations(results, column) for column in results.figures},
-        "comparisons": [_comparison(results, *pair) for pair in compared],
+        "comparisons": _corrected([_comparison(results, *pair) for pair in compared]),
         "failures": failures(results),
         "versions": versions(results),
         "wall_time_s": _total(results, "wall_time_s"),
@@ -148,9 +149,19 @@ def _comparison(results: Results, first: str, second: str) -> dict[str, Any]:
         "first": first,
         "second": second,
         "draws": len(one),
-        "criteria": {name: vars(discordance(passes[one], passes[other])) for name, passes in results.passes.items()},
+        "criteria": {
+            name: {**vars(discordance(passes[one], passes[other]))} for name, passes in results.passes.items()
+        },
         "kpis": {key_of(column): _difference(column, results, one, other) for column in results.figures},
     }
+
+
+def _corrected(comparisons: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Comparisons, whose tests of criteria are corrected for each other."""
+    tests = [each for found in comparisons if found["draws"] for each in found["criteria"].values()]
+    for each, corrected in zip(tests, holm([each["chance"] for each in tests]), strict=True):
+        each["corrected"] = corrected
+    return comparisons
 
 
 def _difference(column: str, results: Results, one: Any, other: Any) -> dict[str, Any]:

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rumo.campaigns.judging.columns import SETTING, key_of, texts, with_unit
+from rumo.campaigns.judging.columns import SETTING, inside, key_of, texts, title_of, with_unit
 from rumo.campaigns.judging.results import Results
+from rumo.campaigns.judging.statistics import Correlation
 from rumo.campaigns.report.words import value_words
 from rumo.report.charts import Axis, HeatMap
 from rumo.report.contents import Item, Section
@@ -51,7 +52,7 @@ def heat_map(content: Mapping[str, Any], results: Results) -> Section | None:
     )
     items: list[Item] = [figure]
     if not results.heat_map and len(results.numeric) > 2:
-        items.insert(0, f"{chosen[0]} and {chosen[1]} are the settings on which most depends.")
+        items.insert(0, _why(content, results, chosen))
     return Section("Where it passes" if results.criteria else "Two settings together", items)
 
 
@@ -66,6 +67,21 @@ def _chosen(content: Mapping[str, Any], results: Results) -> tuple[str, str] | N
     }
     first, second = sorted(results.varied, key=lambda name: -sizes.get(name, 0.0))[:2]
     return first, second
+
+
+def _why(content: Mapping[str, Any], results: Results, chosen: tuple[str, str]) -> str:
+    """Why these two settings, which is not to say that anything depends on them."""
+    assert results.leading is not None
+    found = content["rank_correlations"][key_of(results.leading)]
+    clear = [
+        name
+        for name in chosen
+        if any(each is not None and Correlation(**each).clear for each in found.get(name, {}).values())
+    ]
+    words = f"{chosen[0]} and {chosen[1]} have the largest rank correlations with {inside(title_of(results.leading))}"
+    if len(clear) == len(chosen):
+        return f"{words}."
+    return f"{words}; {'neither' if not clear else f'only that of {clear[0]}'} is clearly more than chance."
 
 
 def _axis(results: Results, name: str) -> tuple[NDArray[np.int_], Axis]:
@@ -104,7 +120,7 @@ def _cells(x: Any, y: Any, values: Any, shape: tuple[int, int], shares: bool) ->
     place = (y * shape[1] + x)[known]
     order = np.argsort(place, kind="stable")
     cells, begins = np.unique(place[order], return_index=True)
-    for cell, inside in zip(cells.tolist(), np.split(values[known][order], begins[1:]), strict=bool(cells.size)):
+    for cell, within in zip(cells.tolist(), np.split(values[known][order], begins[1:]), strict=bool(cells.size)):
         at = divmod(cell, shape[1])
-        found[at], counts[at] = inside.mean() if shares else np.median(inside), len(inside)
+        found[at], counts[at] = within.mean() if shares else np.median(within), len(within)
     return found, counts

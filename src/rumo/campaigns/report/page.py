@@ -13,6 +13,7 @@ from rumo.campaigns.report.headline import headline
 from rumo.campaigns.report.heat import heat_map
 from rumo.campaigns.report.pairs import pairs
 from rumo.campaigns.report.spread import spreads
+from rumo.campaigns.report.sureness import sureness
 from rumo.campaigns.report.worst import worst_runs
 from rumo.report.contents import Report
 from rumo.report.tables import counts, number
@@ -36,6 +37,7 @@ def report(results: Results) -> Report:
         heat_map(content, results),
         pairs(content, results),
         failures_section(content),
+        sureness(content, results, (results.specification,)),
         made_with(content, results),
     ]
     sections = [section for section in found if section is not None]

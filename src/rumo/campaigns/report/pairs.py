@@ -1,4 +1,4 @@
-"""Two controllers on the same draws: what chance gives both of them is taken out."""
+"""Two controllers on the same draws: what is hard in a draw for both of them is taken out."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from rumo.campaigns.judging.columns import inside, key_of, title_of, unit_of, with_unit
 from rumo.campaigns.judging.results import Results
+from rumo.campaigns.judging.statistics import CONFIDENCE
 from rumo.campaigns.report.looks import COLORS, slim
 from rumo.campaigns.report.spread import wide
 from rumo.campaigns.report.words import ends, percent
@@ -34,6 +35,7 @@ def pairs(content: Mapping[str, Any], results: Results) -> Section | None:
     for found in content["comparisons"]:
         names = label(found["first"]), label(found["second"])
         items += compared_items(found, names, "draws")
+    items += several_words(content)
     if results.leading is not None:
         items.append(pairs_panels(results, results.leading, combinations(results.controllers, 2)))
     return Section("Controllers on the same draws", items, brief=True)
@@ -69,13 +71,44 @@ def _sentences(found: Mapping[str, Any], names: tuple[str, str], what: str) -> l
         unit = f" {unit_of(key)}" if unit_of(key) else ""
         low, high = each["interval"]
         better = [f"{name} is better in {percent(each[part])} %" for name, part in zip(names, BETTER, strict=True)]
-        sure = "which chance may explain" if low <= 0.0 <= high else "which chance does not explain"
+        inside_it = low <= 0.0 <= high
+        sure = (
+            "which includes 0: these draws do not show which is better on average"
+            if inside_it
+            else "which leaves out 0"
+        )
         return [
             f"{names[0]} less {names[1]}, {inside(title_of(key))}: {signed(each['mean'])}{unit} on average of "
             f"{number(each['pairs'])} {what}, 95 % interval {ends(each['interval'])}{unit}, {sure}. "
             f"{' of them, '.join(better)}."
         ]
     return []
+
+
+def several_words(content: Mapping[str, Any]) -> list[Item]:
+    """What stands of several comparisons that were made at once, and what is not corrected; nothing of a single one."""
+    compared = [found for found in content["comparisons"] if found["draws"]]
+    tests = [(found, name, each) for found in compared for name, each in found["criteria"].items()]
+    items: list[Item] = []
+    if len(tests) > 1:
+        stand = [
+            f"{name} ({label(found['first'])}, {label(found['second'])})"
+            for found, name, each in tests
+            if each["corrected"] < 1.0 - CONFIDENCE
+        ]
+        items.append(
+            f"Of the {number(len(tests))} comparisons of who passes, corrected for their number by Holm's method at "
+            f"5 %, {'these stand: ' + ', '.join(stand) if stand else 'none stands'}."
+        )
+    intervals = sum(
+        each["interval"] is not None and not _same(each) for found in compared for each in found["kpis"].values()
+    )
+    if intervals > 1:
+        items.append(
+            f"The {number(intervals)} intervals of differences are each one of 95 %, not corrected for their number: "
+            "where nothing differs, one in twenty would leave out 0 all the same."
+        )
+    return items
 
 
 def discordance_table(found: Mapping[str, Any], names: tuple[str, str]) -> Table:
