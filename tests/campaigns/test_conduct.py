@@ -55,9 +55,15 @@ def file(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def rows(file, tmp_path_factory):
+def serial(tmp_path_factory):
+    """Folder of the campaign, driven from Python."""
+    return tmp_path_factory.mktemp("serial") / "out"
+
+
+@pytest.fixture(scope="module")
+def rows(file, serial):
     """Rows of the campaign, driven one after the other."""
-    return rumo.campaign(file, tmp_path_factory.mktemp("serial") / "small", serial=True)
+    return rumo.campaign(file, serial, serial=True)
 
 
 def lasting(rows):
@@ -74,7 +80,7 @@ def test_rows_from_python(rows):
     assert (rows["kpi.tracking_error_rms_m"] > 0.0).all()
 
 
-def test_by_command_there_are_the_same_rows_and_a_report(rows, file, tmp_path):
+def test_by_command_there_are_the_same_rows_and_the_same_report(rows, serial, file, tmp_path):
     folder = tmp_path / "out"
     result = runner.invoke(app, ["campaign", str(file), "--output", str(folder), "--jobs", "2"])
     assert result.exit_code == 0, result.output
@@ -88,6 +94,11 @@ def test_by_command_there_are_the_same_rows_and_a_report(rows, file, tmp_path):
     assert "<title>Campaign out</title>" in (folder / "report.html").read_text(encoding="utf-8")
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert (summary["runs"], summary["complete"]) == (6, True)
+    assert {path.relative_to(folder) for path in folder.rglob("*")} == {
+        path.relative_to(serial) for path in serial.rglob("*")
+    }
+    other = json.loads((serial / "summary.json").read_text(encoding="utf-8"))
+    assert other["worst"] == summary["worst"]
     kept = {run["key"] for run in summary["worst"]}
     assert kept == {path.stem for path in (folder / "logs").glob("*.nc")} == set(rows["key"])
 
@@ -97,9 +108,10 @@ def test_more_runs_other_criteria_and_fewer_runs(rows, file, tmp_path):
     more = FILE.replace("runs = 6", "runs = 8").replace("at_most = 0.5", "at_most = 0.4")
     for text, count in ((FILE, 6), (more, 8), (FILE, 6)):
         path.write_text(text, encoding="utf-8")
-        rumo.campaign(path, folder, serial=True)
+        rumo.campaign(path, folder, serial=True, report=False)
         assert len(read_results(folder).rows) == count
     assert len(read_rows(folder)) == 8
+    assert not (folder / "report.html").exists()
     assert lasting(read_results(folder).rows).equals(lasting(rows))
 
 

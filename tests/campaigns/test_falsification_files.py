@@ -94,6 +94,9 @@ def test_by_command_with_drives(file, tmp_path):
     assert log["true_states"].equals(load(folder / "logs" / f"{found['key']}.nc")["true_states"])
     other = runner.invoke(app, ["falsify", str(file), "--output", str(folder), "--serial", "--json"])
     assert json.loads(other.stdout) == summary
+    (folder / "summary.json").unlink()
+    rumo.falsify(file, folder, serial=True)
+    assert json.loads((folder / "summary.json").read_text(encoding="utf-8")) == summary
 
 
 def test_it_is_public():

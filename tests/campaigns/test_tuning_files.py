@@ -93,7 +93,10 @@ def test_by_command_and_from_python_it_drives(tmp_path):
     assert summary["trials"]["done"] == 3
     assert summary == json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert "<title>Tuning out</title>" in (folder / "report.html").read_text(encoding="utf-8")
+    (folder / "report.html").unlink()
     found = rumo.tune(path, folder, serial=True)
+    assert summary == json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert "<title>Tuning out</title>" in (folder / "report.html").read_text(encoding="utf-8")
     assert [trial.number for trial in found.trials] == [0, 1, 2]
     assert found.best[0].values == tuple(summary["best"][0]["values"])
     again = runner.invoke(app, ["tune", str(path), "--output", str(folder), "--serial", "--jobs", "2"])

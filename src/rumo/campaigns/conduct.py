@@ -12,6 +12,7 @@ from rumo.campaigns.engines import DaskEngine, SerialEngine
 from rumo.campaigns.judging.kept import read_results
 from rumo.campaigns.judging.summary import worst
 from rumo.campaigns.pilots import pilots, require_known, require_short
+from rumo.campaigns.report.left import reported
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.specification.going_on import as_begun
 from rumo.campaigns.standing import Beginning, Standing
@@ -34,6 +35,7 @@ def campaign(
     serial: bool = False,
     yes: bool = False,
     retry_failed: bool = False,
+    report: bool = True,
     progress: Callable[[Standing], object] | None = None,
 ) -> pd.DataFrame:
     """Drive a campaign, or what is missing of it, and return its rows.
@@ -45,7 +47,7 @@ def campaign(
     what : Campaign, str or Path
         The campaign, or its file.
     output : str or Path, optional
-        Folder of rows and logs; named as the file if not given, "campaign" without one.
+        Folder of rows, logs and report; named as the file if not given, "campaign" without one.
     scheduler : str, optional
         Address of a Dask scheduler, "tcp://host:8786"; processes of this machine if not given.
     jobs : int, optional
@@ -56,6 +58,8 @@ def campaign(
         Whether it may take longer than an hour.
     retry_failed : bool
         Make runs again that raised, crashed or took too long.
+    report : bool
+        Whether the folder gets `report.html` and `summary.json`, as by the command, also if something ends it early.
     progress : callable, optional
         Called with a `Standing` at the beginning and after each run.
 
@@ -74,7 +78,11 @@ def campaign(
     """
     folder = folder_of(what, output)
     wanted = as_begun(campaign_from(what), folder)
-    with Store(folder, wanted.plain, wanted.identity) as store, engine_of(scheduler, jobs, serial=serial) as engine:
+    with (
+        reported(folder, wanted=report),
+        Store(folder, wanted.plain, wanted.identity) as store,
+        engine_of(scheduler, jobs, serial=serial) as engine,
+    ):
         conduct(wanted, engine, store, progress, yes=yes, retry_failed=retry_failed)
     return read_results(folder).rows
 

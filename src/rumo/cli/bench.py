@@ -10,8 +10,9 @@ import typer
 from rumo.checks import known_names
 from rumo.cli.console import Json, Quiet, errors_in_words, print_json, print_report, words
 from rumo.cli.progress import progress
-from rumo.cli.sequence import end, incomplete
+from rumo.cli.sequence import end
 from rumo.report.contents import Report
+from rumo.report.folder import incomplete
 
 HORIZONS = (15, 30, 50, 100, 200)
 """Of a sweep."""

@@ -9,11 +9,10 @@ import typer
 
 from rumo.cli.campaign_progress import campaign_progress
 from rumo.cli.console import Json, Quiet, errors_in_words, print_note
-from rumo.cli.sequence import end, incomplete, write_report
+from rumo.cli.sequence import end, write_report
 
 if TYPE_CHECKING:
     from rumo.campaigns.engines import DaskEngine, SerialEngine
-    from rumo.campaigns.judging.results import Results
 
 Scheduler = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler, tcp://host:8786; this machine's processes without.")
@@ -40,6 +39,7 @@ def campaign(
     """Drive a thousand times. What varies, who drives and what is asked is in a file; started again, it goes on."""
     with errors_in_words():
         from rumo.campaigns.conduct import campaign_from, conduct, engine_of, folder_of
+        from rumo.campaigns.report.left import report_of
         from rumo.campaigns.specification.going_on import as_begun
         from rumo.campaigns.store import Store
         from rumo.errors import CampaignError
@@ -54,7 +54,9 @@ def campaign(
                     conduct(wanted, engine, store, tell, yes=yes, retry_failed=retry_failed)
             except (CampaignError, KeyboardInterrupt) as error:
                 stopped = error
-        _report(folder, stopped, as_json=as_json, quiet=quiet)
+        found = report_of(folder, stopped)
+        if found is not None:
+            write_report(found, folder, as_json=as_json, quiet=quiet, stopped=stopped)
         end(stopped)
 
 
@@ -62,22 +64,3 @@ def tell_dashboard(engine: DaskEngine | SerialEngine, quiet: bool) -> None:
     """Where a browser shows what is going on, if anywhere."""
     if engine.address and not quiet:
         print_note(f"Dask's dashboard: {engine.address}")
-
-
-def _report(folder: Path, stopped: BaseException | None, *, as_json: bool, quiet: bool) -> None:
-    """Write the report of what there is, and show it."""
-    from rumo.campaigns.judging.kept import read_results
-    from rumo.errors import ArgumentError
-
-    try:
-        results: Results = read_results(folder)
-    except ArgumentError:
-        if stopped is None:
-            raise
-        return  # nothing is done yet
-    from rumo.campaigns.report import report
-
-    found = report(results)
-    if stopped is not None:
-        found = incomplete(found, f"{len(results.rows)} of {results.asked} runs are done", stopped)
-    write_report(found, folder, as_json=as_json, quiet=quiet, stopped=stopped)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import tempfile
 import textwrap
@@ -17,8 +16,8 @@ from rich.text import Text
 
 from rumo.cli.streams import Unheeded
 from rumo.errors import ArgumentError, RumoError
-from rumo.files import write_whole
-from rumo.report.contents import Report
+from rumo.report.contents import Command, Report
+from rumo.report.folder import as_json
 from rumo.report.tables import Table
 
 Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else.")]
@@ -89,18 +88,9 @@ def writable(folder: Path) -> Path:
     return folder
 
 
-def write_json(content: Mapping[str, Any], path: Path) -> None:
-    """For machines."""
-    write_whole(path, lambda place: place.write_text(_json(content) + "\n", encoding="utf-8"))
-
-
 def print_json(content: Mapping[str, Any]) -> None:
     """For machines, on standard output."""
-    typer.echo(_json(content))
-
-
-def _json(content: Mapping[str, Any]) -> str:
-    return json.dumps(content, indent=2, allow_nan=False)
+    typer.echo(as_json(content))
 
 
 def print_lines(lines: Iterable[str]) -> None:
@@ -110,7 +100,7 @@ def print_lines(lines: Iterable[str]) -> None:
 
 
 def print_report(report: Report) -> None:
-    """Sentences and tables of a report's brief sections."""
+    """Sentences, commands and tables of a report's brief sections."""
     if report.warning:
         print_lines([report.warning])
     for section in report.sections:
@@ -120,6 +110,8 @@ def print_report(report: Report) -> None:
                     print_table(item, section.heading)
                 elif isinstance(item, str):
                     print_lines([item])
+                elif isinstance(item, Command):
+                    print_lines([f"    {item.text}"])
 
 
 def print_table(table: Table, title: str, console: Console | None = None) -> None:

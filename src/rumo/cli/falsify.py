@@ -10,7 +10,7 @@ import typer
 from rumo.cli.campaign import Scheduler, Serial, Workers, tell_dashboard
 from rumo.cli.campaign_progress import campaign_progress
 from rumo.cli.console import Json, Quiet, errors_in_words
-from rumo.cli.sequence import end, incomplete, write_report
+from rumo.cli.sequence import end, write_report
 
 
 def falsify(
@@ -40,9 +40,5 @@ def falsify(
             tell_dashboard(engine, quiet)
             with campaign_progress(quiet) as tell:
                 falsified = carry_out_falsification(wanted, engine, store, tell)
-        found = report(falsified)
-        if falsified.stopped is not None:
-            done = f"{len(falsified.trials)} of {wanted.trials} trials are done, and started again it goes on"
-            found = incomplete(found, done, falsified.stopped)
-        write_report(found, falsified.folder, as_json=as_json, quiet=quiet, stopped=falsified.stopped)
+        write_report(report(falsified), falsified.folder, as_json=as_json, quiet=quiet, stopped=falsified.stopped)
         end(falsified.stopped)

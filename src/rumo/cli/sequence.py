@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
-from rumo.cli.console import print_error, print_json, print_lines, print_note, print_report, writable, write_json
+from rumo.cli.console import print_error, print_json, print_lines, print_note, print_report, writable
 from rumo.cli.progress import Told, progress
-from rumo.errors import CampaignError, RumoError
 from rumo.interrupts import EXIT_CODE, interruptible
 from rumo.report.contents import Report
+from rumo.report.folder import PAGE, SUMMARY, incomplete, write_pages
 
 if TYPE_CHECKING:
     from rumo.report.charts import Figure
@@ -60,37 +59,23 @@ def run_study(
     end(stopped)
 
 
-def incomplete(report: Report, done: str, stopped: BaseException) -> Report:
-    """A report that says first how much was done, and what ended it."""
-    reason = str(stopped) if isinstance(stopped, RumoError) else f"{type(stopped).__name__}: {stopped}"
-    if isinstance(stopped, KeyboardInterrupt):
-        reason = "interrupted"
-    warning = f"Incomplete: {done}, then: {reason.removesuffix('.')}."
-    return replace(report, summary={**report.summary, "complete": False}, warning=warning)
-
-
 def write_report(
     report: Report, folder: Path, *, as_json: bool, quiet: bool, stopped: BaseException | None = None
 ) -> None:
-    """`summary.json` and `report.html`, and what the terminal shows of them.
+    """Summary and page, and what the terminal shows of them, of a command that something may have `stopped`.
 
     Raises
     ------
     CampaignError
-        If they cannot be written, and nothing has `stopped` the command before, which says more.
+        If they cannot be written, and nothing has stopped the command before.
     """
-    from rumo.campaigns.store.room import writing_to
+    from rumo.campaigns.report.left import leave
 
-    try:
-        with writing_to(folder):
-            _write_pages(report, folder)
-    except CampaignError as error:
-        if stopped is None:
-            raise
-        if not isinstance(stopped, CampaignError):
-            print_error(str(error))
-        return
-    tell_report(report, folder, as_json=as_json, quiet=quiet)
+    failure = leave(report, folder, stopped)
+    if failure is None:
+        tell_report(report, folder, as_json=as_json, quiet=quiet)
+    elif isinstance(stopped, KeyboardInterrupt):
+        print_error(str(failure))
 
 
 def tell_report(report: Report, folder: Path, *, as_json: bool, quiet: bool) -> None:
@@ -99,16 +84,7 @@ def tell_report(report: Report, folder: Path, *, as_json: bool, quiet: bool) -> 
         print_json(report.summary)
     elif not quiet:
         print_report(report)
-        print_lines(["", f"Report: {folder / 'report.html'}"])
-
-
-def _write_pages(report: Report, folder: Path) -> None:
-    """Summary and page, which Ctrl-C does not keep from being written."""
-    from rumo.report.page import write_page
-
-    with interruptible(inf):
-        write_json(report.summary, folder / "summary.json")
-        write_page(folder / "report.html", report)
+        print_lines(["", f"Report: {folder / PAGE}"])
 
 
 def end(stopped: BaseException | None) -> None:
@@ -167,9 +143,9 @@ def _clear(folder: Path, *, logs: bool) -> None:
     from rumo.report.figures import ENDINGS
     from rumo.report.page import figures_of
 
-    page = folder / "report.html"
+    page = folder / PAGE
     figures = [folder / f"{key}.{ending}" for key in figures_of(page) for ending in ENDINGS]
-    for path in (folder / "summary.json", *(folder.glob("log-*.nc") if logs else ()), *figures, page):
+    for path in (folder / SUMMARY, *(folder.glob("log-*.nc") if logs else ()), *figures, page):
         if path.is_file() and not path.is_symlink():  # what links lead to is written anew
             path.unlink()
 
@@ -183,7 +159,7 @@ def _write(study: Study, results: dict[Key, Any], stopped: BaseException | None,
         if stopped is not None:
             done = sum(getattr(result, "attrs", {}).get("complete") != "no" for result in results.values())
             report = incomplete(report, f"{done} of {len(study.runs())} runs were done", stopped)
-        _write_pages(report, folder)
+        write_pages(report, folder)
     return report
 
 

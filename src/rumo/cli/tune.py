@@ -13,7 +13,7 @@ from rumo.campaigns.standing import Searching, Standing
 from rumo.cli.campaign import Scheduler, Serial, Workers, tell_dashboard
 from rumo.cli.campaign_progress import campaign_progress
 from rumo.cli.console import Json, Quiet, errors_in_words
-from rumo.cli.sequence import end, incomplete, write_report
+from rumo.cli.sequence import end, write_report
 
 if TYPE_CHECKING:
     from rumo.campaigns.searching.search import Trial
@@ -44,11 +44,7 @@ def tune(
             tell_dashboard(engine, quiet)
             with campaign_progress(quiet) as tell:
                 tuned = carry_out_tuning(wanted, folder, engine, _told(wanted, tell))
-        found = report(tuned, folder)
-        if tuned.stopped is not None:
-            done = f"{len(tuned.trials)} of {wanted.trials} trials are done, and started again it goes on"
-            found = incomplete(found, done, tuned.stopped)
-        write_report(found, folder, as_json=as_json, quiet=quiet, stopped=tuned.stopped)
+        write_report(report(tuned, folder), folder, as_json=as_json, quiet=quiet, stopped=tuned.stopped)
         end(tuned.stopped)
 
 

@@ -9,6 +9,7 @@ from rumo.campaigns.conduct import engine_of, folder_of
 from rumo.campaigns.falsification.falsify import Falsified, carry_out_falsification
 from rumo.campaigns.falsification.reading import read_falsification, rehearse_falsification
 from rumo.campaigns.falsification.specification import Falsification
+from rumo.campaigns.report.left import leave
 from rumo.campaigns.standing import Searching
 from rumo.campaigns.store import Store
 from rumo.checks import checked
@@ -21,6 +22,7 @@ def falsify(
     scheduler: str | None = None,
     jobs: int | None = None,
     serial: bool = False,
+    report: bool = True,
     progress: Callable[[Searching], object] | None = None,
 ) -> Falsified:
     """Look for the smallest disturbance that violates a criterion.
@@ -33,13 +35,9 @@ def falsify(
     what : Falsification, str or Path
         The falsification, or its file.
     output : str or Path, optional
-        Folder of rows and logs; named as the file if not given, "falsify" without one.
-    scheduler : str, optional
-        Address of a Dask scheduler, "tcp://host:8786"; processes of this machine if not given.
-    jobs : int, optional
-        Drives at the same time on this machine; one a core if not given.
-    serial : bool
-        One drive after the other, in a process beside this one, without Dask.
+        Folder of rows, logs and report; named as the file if not given, "falsify" without one.
+    scheduler, jobs, serial, report
+        See `rumo.campaign`.
     progress : callable, optional
         Called with a `Searching` at the beginning and after each batch.
 
@@ -51,12 +49,16 @@ def falsify(
     CampaignError
         If no more can be carried out, or stored; if the drive without disturbance violates something.
     """
-    wanted = falsification_from(what)
+    from rumo.campaigns.falsification.report import report as report_of
+
+    wanted, folder = falsification_from(what), folder_of(what, output, "falsify")
     with (
-        Store(folder_of(what, output, "falsify"), wanted.identity) as store,
+        Store(folder, wanted.identity) as store,
         engine_of(scheduler, jobs, serial=serial) as engine,
     ):
         falsified = carry_out_falsification(wanted, engine, store, progress)
+    if report:
+        leave(report_of(falsified), folder, falsified.stopped)
     if falsified.stopped is not None:
         raise falsified.stopped
     return falsified

@@ -12,6 +12,7 @@ from rumo.campaigns.judging.criteria import Criterion
 from rumo.campaigns.report.failures import LONGEST, WORDS, flattened
 from rumo.campaigns.report.words import capital, rerun_command, settings_words, value_words
 from rumo.report.contents import Command, Item, Report, Section
+from rumo.report.folder import incomplete
 from rumo.report.tables import Table, number
 from rumo.studies.looks import label
 
@@ -37,7 +38,11 @@ def report(falsified: Falsified) -> Report:
         f"{number(content['trials']['done'])} disturbances, driven by {label(content['controller'])}; chosen: {chosen}."
     )
     title = f"Falsification {content['falsification']}"
-    return Report(title, lead, content, [section for section in found if section is not None])
+    page = Report(title, lead, content, [section for section in found if section is not None])
+    if falsified.stopped is None:
+        return page
+    done = f"{len(falsified.trials)} of {falsified.falsification.trials} trials are done, and started again it goes on"
+    return incomplete(page, done, falsified.stopped)
 
 
 def headline(content: Mapping[str, Any], falsified: Falsified) -> Section:

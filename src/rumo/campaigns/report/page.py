@@ -16,17 +16,20 @@ from rumo.campaigns.report.spread import spreads
 from rumo.campaigns.report.sureness import sureness
 from rumo.campaigns.report.worst import worst_runs
 from rumo.report.contents import Report
+from rumo.report.folder import incomplete
 from rumo.report.tables import counts, number
 from rumo.studies.looks import label
 
 
-def report(results: Results) -> Report:
+def report(results: Results, stopped: BaseException | None = None) -> Report:
     """Sentences, tables and figures of what came of a campaign, and its summary.
 
     Parameters
     ----------
     results : Results
         Its rows, criteria and logs; at least one row.
+    stopped : BaseException, optional
+        What ended it before all runs were done.
     """
     content = summary(results)
     found = [
@@ -41,7 +44,12 @@ def report(results: Results) -> Report:
         made_with(content, results),
     ]
     sections = [section for section in found if section is not None]
-    return Report(f"Campaign {results.name}", _lead(results), content, sections, _warning(content, results))
+    found = Report(f"Campaign {results.name}", _lead(results), content, sections, _warning(content, results))
+    return (
+        found
+        if stopped is None
+        else incomplete(found, f"{len(results.rows)} of {results.asked} runs are done", stopped)
+    )
 
 
 def _lead(results: Results) -> str:

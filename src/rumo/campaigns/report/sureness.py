@@ -36,8 +36,8 @@ def sureness(content: Mapping[str, Any], results: Results, told: Iterable[Mappin
         items.append(
             "An interval of a mean difference is a bootstrap interval of 95 %: the draws were resampled "
             f"{number(RESAMPLES)} times. It says how far the mean may be off for want of draws, if these are "
-            "independent; it is approximate, and too narrow where a few draws decide the mean. It says nothing of what did not vary. No "
-            "interval is corrected for how many there are."
+            "independent; it is approximate, and too narrow where a few draws decide the mean. It says nothing of what "
+            "did not vary. No interval is corrected for how many there are."
         )
     if results.numeric and len(results.rows) >= SMALLEST:
         items.append(

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from rumo.campaigns.conduct import engine_of, folder_of
+from rumo.campaigns.report.left import leave
 from rumo.campaigns.searching.trial_storage import optuna_for
 from rumo.campaigns.tuning.course import Tell, Tuned, carry_out_tuning
 from rumo.campaigns.tuning.reading import read_tuning, rehearsed
@@ -20,6 +21,7 @@ def tune(
     scheduler: str | None = None,
     jobs: int | None = None,
     serial: bool = False,
+    report: bool = True,
     progress: Tell | None = None,
 ) -> Tuned:
     """Look for better settings, or go on looking, and return what came of it.
@@ -32,13 +34,9 @@ def tune(
     what : Tuning, str or Path
         The tuning, or its file.
     output : str or Path, optional
-        Folder of rows and trials; named as the file if not given, "tune" without one.
-    scheduler : str, optional
-        Address of a Dask scheduler, "tcp://host:8786"; processes of this machine if not given.
-    jobs : int, optional
-        Drives at the same time on this machine; one a core if not given.
-    serial : bool
-        One drive after the other, in a process beside this one, without Dask.
+        Folder of rows, trials and report; named as the file if not given, "tune" without one.
+    scheduler, jobs, serial, report
+        See `rumo.campaign`.
     progress : callable, optional
         Called with (trials done, all trials, the best `Trial` so far or None) at the beginning and after each batch.
 
@@ -55,9 +53,13 @@ def tune(
     CampaignError
         If no more can be driven, or stored; if the drives without tuning fail. What is stored stays.
     """
-    wanted = tuning_from(what)
+    from rumo.campaigns.tuning.report import report as report_of
+
+    wanted, folder = tuning_from(what), folder_of(what, output, "tune")
     with engine_of(scheduler, jobs, serial=serial) as engine:
-        tuned = carry_out_tuning(wanted, folder_of(what, output, "tune"), engine, progress)
+        tuned = carry_out_tuning(wanted, folder, engine, progress)
+    if report:
+        leave(report_of(tuned, folder), folder, tuned.stopped)
     if tuned.stopped is not None:
         raise tuned.stopped
     return tuned

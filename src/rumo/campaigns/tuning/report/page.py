@@ -14,6 +14,7 @@ from rumo.campaigns.tuning.report.headline import headline, settings_section
 from rumo.campaigns.tuning.report.history import history_section
 from rumo.campaigns.tuning.summary import summary
 from rumo.report.contents import Report, Section
+from rumo.report.folder import incomplete
 from rumo.report.tables import Table, number
 from rumo.studies.looks import label
 
@@ -37,9 +38,12 @@ def report(tuned: Tuned, folder: str | Path) -> Report:
         failures_section(content),
         asked_section(content),
     ]
-    return Report(
-        f"Tuning {content['tuning']}", _lead(content), content, [section for section in found if section is not None]
-    )
+    sections = [section for section in found if section is not None]
+    page = Report(f"Tuning {content['tuning']}", _lead(content), content, sections)
+    if tuned.stopped is None:
+        return page
+    done = f"{len(tuned.trials)} of {tuned.tuning.trials} trials are done, and started again it goes on"
+    return incomplete(page, done, tuned.stopped)
 
 
 def _lead(content: Mapping[str, Any]) -> str:
