@@ -6,9 +6,9 @@ import shutil
 import pytest
 from fake_tuning import BASE, RMS, TORQUE, arguments, drive, tuned
 
-from rumo.campaigns.rerun import rerun
-from rumo.campaigns.store import read_rows
+from rumo.campaigns.store import read_head, read_rows
 from rumo.campaigns.tuning import Tuning
+from rumo.campaigns.tuning.reading import tuning_of
 from rumo.campaigns.tuning.report import report
 from rumo.errors import ArgumentError, CampaignError
 from rumo.report.figures import write_figures
@@ -24,6 +24,21 @@ pytestmark = pytest.mark.usefixtures("quick_disks")
 def whole(tuning, tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole") / "tune"
     return (*tuned(tuning, folder), folder)
+
+
+def tells_its_rows(tuning, folder):
+    """From what its folder keeps, each row is known as the drive that it is of."""
+    told = tuning_of(read_head(folder)["specification"])
+    for row in read_rows(folder).to_dict("records"):
+        drives, chosen = told.drives_of(row)
+        assert drives.task(row["draw"], tuning.controller, chosen)["key"] == row["key"]
+
+
+def test_every_row_tells_which_drive_it_is_of(tuning, whole):
+    tells_its_rows(tuning, whole[2])
+    row = read_rows(whole[2]).iloc[0].to_dict() | {"setting.filter_cutoff": 4.0}
+    with pytest.raises(ArgumentError, match=r"of a run that is now another one.* as they were repeat it"):
+        tuning.drives_of(row)
 
 
 def test_what_is_found_is_better_and_within_the_limit(tuning, whole):
@@ -112,8 +127,6 @@ def test_a_folder_has_one_tuning(tuning, whole):
     other = Tuning(**arguments(tuning, sampler="random"))
     with pytest.raises(ArgumentError, match=r'of another campaign: tune\.sampler was "tpe", is "random", expected'):
         tuned(other, whole[2])
-    with pytest.raises(ArgumentError, match="which has a search, expected the folder of a campaign"):
-        rerun(whole[2], whole[1].driven[0])
 
 
 def test_two_objectives_have_a_front(tuning, tmp_path):
@@ -160,6 +173,7 @@ def test_lists_and_whole_numbers_can_be_searched(tuning, tmp_path):
     found, _ = tuned(listed, tmp_path / "tune", of)
     assert found.trials[0].settings == {"horizon": 15, "estimator": "butterworth", "problem.weights.p_y": 1}
     assert type(found.best[0].settings["horizon"]) is int
+    tells_its_rows(listed, tmp_path / "tune")
     shown = report(found, "tune")
     heads = [item.heads[0] for section in shown.sections for item in section.content if hasattr(item, "heads")]
     assert "estimator" in heads

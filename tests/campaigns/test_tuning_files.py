@@ -10,6 +10,8 @@ from typer.testing import CliRunner
 
 import rumo
 from rumo.campaigns import conduct
+from rumo.campaigns.rerun import rerun
+from rumo.campaigns.store import read_rows
 from rumo.campaigns.tuning import Check, Tuning, read_tuning
 from rumo.campaigns.tuning.reading import tuning_of
 from rumo.campaigns.tuning.report import report
@@ -99,6 +101,8 @@ def test_by_command_and_from_python_it_drives(tmp_path):
     assert "<title>Tuning out</title>" in (folder / "report.html").read_text(encoding="utf-8")
     assert [trial.number for trial in found.trials] == [0, 1, 2]
     assert found.best[0].values == tuple(summary["best"][0]["values"])
+    for row in (read_rows(folder).iloc[0], read_rows(folder).iloc[-1]):
+        assert not rerun(folder, row["key"]).differs
     again = runner.invoke(app, ["tune", str(path), "--output", str(folder), "--serial", "--jobs", "2"])
     assert again.exit_code == 2
     assert "serial" in again.stderr

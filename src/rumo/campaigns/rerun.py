@@ -86,7 +86,7 @@ class Rerun:
 
 
 def rerun(folder: str | Path, key: str) -> Rerun:
-    """Make a run of a campaign again, in a process that may crash or hang as that of the campaign did.
+    """Make a run of a campaign, a tuning or a falsification again, in a process that may crash or hang as it did then.
 
     Parameters
     ----------
@@ -102,11 +102,6 @@ def rerun(folder: str | Path, key: str) -> Rerun:
     """
     head = read_head(folder)
     specification = head["specification"]
-    if not {"campaign", "falsify"} & specification.keys():
-        cure = "Its settings are in its row, and in summary.json."
-        raise ArgumentError(
-            "campaign", f"'{folder}', which has a search", "the folder of a campaign or a falsification", cure
-        )
     rows = read_rows(folder)
     before = _row(rows, key)
     campaign, further, identity = _campaign_of(specification, before)
@@ -137,7 +132,12 @@ def _loaded(log: bytes) -> xr.Dataset:
 def _campaign_of(
     specification: Mapping[str, Any], before: Mapping[str, Any]
 ) -> tuple[Campaign, dict[str, Any], dict[str, Any]]:
-    """The campaign that a row is of, what is set on top of it, the disturbance if that was looked for, and identity."""
+    """The campaign that a row is of, what is set on top of it, as looked for: settings or a disturbance; identity."""
+    if "tune" in specification:
+        from rumo.campaigns.tuning.reading import tuning_of
+
+        tuning = tuning_of(specification)
+        return *tuning.drives_of(before), tuning.identity
     if "falsify" not in specification:
         campaign = Campaign.of(specification)
         return campaign, {}, campaign.identity

@@ -14,6 +14,7 @@ from rumo.cli.sequence import end, write_report
 if TYPE_CHECKING:
     from rumo.campaigns.engines import DaskEngine, SerialEngine
 
+Output = Annotated[Path | None, typer.Option(help="Folder for rows, logs and report; named as the file if not given.")]
 Scheduler = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler, tcp://host:8786; this machine's processes without.")
 ]
@@ -23,9 +24,7 @@ Serial = Annotated[bool, typer.Option("--serial", help="One drive after the othe
 
 def campaign(
     file: Annotated[Path, typer.Argument(help="TOML file: what varies, who drives, what is asked.")],
-    output: Annotated[
-        Path | None, typer.Option(help="Folder for rows, logs and report; named as the file if not given.")
-    ] = None,
+    output: Output = None,
     scheduler: Scheduler = None,
     jobs: Workers = None,
     serial: Serial = False,

@@ -41,7 +41,7 @@ def compare(
 
 
 def rerun(
-    folder: Annotated[Path, typer.Argument(help="Of a campaign.")],
+    folder: Annotated[Path, typer.Argument(help="Of a campaign, a tuning or a falsification.")],
     key: Annotated[str, typer.Argument(help="Of the run, as its row and the report say, or the beginning of it.")],
     output: Annotated[
         Path | None, typer.Option(help="Folder for log and report; rerun-KEY in the campaign's folder if not given.")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rumo.cli.campaign import Scheduler, Serial, Workers, tell_dashboard
+from rumo.cli.campaign import Output, Scheduler, Serial, Workers, tell_dashboard
 from rumo.cli.campaign_progress import campaign_progress
 from rumo.cli.console import Json, Quiet, errors_in_words
 from rumo.cli.sequence import end, write_report
@@ -15,9 +15,7 @@ from rumo.cli.sequence import end, write_report
 
 def falsify(
     file: Annotated[Path, typer.Argument(help="TOML file: what may disturb, what its size is, what it is to violate.")],
-    output: Annotated[
-        Path | None, typer.Option(help="Folder for rows, logs and report; named as the file if not given.")
-    ] = None,
+    output: Output = None,
     scheduler: Scheduler = None,
     jobs: Workers = None,
     serial: Serial = False,

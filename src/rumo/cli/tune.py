@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rumo.campaigns.standing import Searching, Standing
-from rumo.cli.campaign import Scheduler, Serial, Workers, tell_dashboard
+from rumo.cli.campaign import Output, Scheduler, Serial, Workers, tell_dashboard
 from rumo.cli.campaign_progress import campaign_progress
 from rumo.cli.console import Json, Quiet, errors_in_words
 from rumo.cli.sequence import end, write_report
@@ -23,9 +23,7 @@ if TYPE_CHECKING:
 
 def tune(
     file: Annotated[Path, typer.Argument(help="TOML file: what may be chosen, for which drives, and what is wanted.")],
-    output: Annotated[
-        Path | None, typer.Option(help="Folder for trials, rows and report; named as the file if not given.")
-    ] = None,
+    output: Output = None,
     scheduler: Scheduler = None,
     jobs: Workers = None,
     serial: Serial = False,

@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from rumo.campaigns.falsification.specification import Falsification
+from rumo.campaigns.searching.specification import SETTINGS
 from rumo.campaigns.specification.reading import check_tables, errors_of, settings_in, varied_in, within
 from rumo.campaigns.tuning.reading import rehearse_search
 from rumo.scenarios import Recipe
 from rumo.scenarios.files import flattened, read_tables
 
 TABLES = ("falsify", "scenario", "search", "size", "criteria")
-SETTINGS = ("trials", "controller", "sampler", "seed", "batch", "timeout")
-"""Keys of the table `[falsify]`."""
 
 
 def read_falsification(path: str | Path) -> Falsification:

@@ -3,56 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import hypot
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 from rumo.campaigns.judging.criteria import Criterion
-from rumo.campaigns.searching.samplers import SAMPLERS as ALL_SAMPLERS
-from rumo.campaigns.searching.space import checked_search, identity_of, options_of
+from rumo.campaigns.searching.samplers import SAMPLERS
+from rumo.campaigns.searching.space import identity_of, options_of
+from rumo.campaigns.searching.specification import Searched
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.specification.distributions import Integers, LogUniform, Uniform
 from rumo.campaigns.tasks.rows import DONE, RAISED
 from rumo.campaigns.tasks.task import Row
-from rumo.checks import as_mapping, checked, finite_number
+from rumo.checks import as_mapping, finite_number
 from rumo.errors import ArgumentError, UnknownNameError
-from rumo.scenarios import Plain, Recipe
+from rumo.scenarios import Plain
 
-SAMPLERS = tuple(name for name in ALL_SAMPLERS if name != "nsga2")
-"""What proposes disturbances: all but what is for several objectives."""
 LARGER = 1e-3
 """What size counts among disturbances that violate nothing, beside how far they are on the way to a limit."""
 
 
 @dataclass(frozen=True)
-class Falsification:
+class Falsification(Searched):
     """A search for the smallest disturbance that violates a criterion, before it is begun.
 
     Parameters
     ----------
-    recipe : Recipe
-        What is driven.
-    search : mapping of str to Distribution, Grid or sequence
-        What may be chosen: how large a gust is, when it comes.
+    recipe, search, trials, controller, sampler, seed, batch, timeout
+        See `rumo.campaigns.searching.specification.Searched`. What may be chosen is how large a gust is, when it comes.
     size : mapping of str to float
         Of these, what is to be small: the value of each at which there is no disturbance. The size of a disturbance
         is the root of the sum of squares of how far each is from there, over how far it can be: from 0 to 1 for one.
     criteria : mapping of str to Criterion or mapping
         What a drive has to meet. A drive that ends with an exception meets none.
-    trials : int
-        How many.
-    controller : str
-        Name in `rumo.registry.CONTROLLERS`.
-    sampler : str
-        One of `SAMPLERS`.
-    seed : int
-        Of what is drawn.
-    batch : int
-        Trials that are proposed at the same time.
-    timeout : float
-        That a drive may take [s].
 
     Raises
     ------
@@ -60,21 +45,16 @@ class Falsification:
         If a value cannot work.
     """
 
-    recipe: Recipe
-    search: Mapping[str, Any]
+    PROPOSED_BY: ClassVar[tuple[str, ...]] = tuple(name for name in SAMPLERS if name != "nsga2")
+    """All but what is for several objectives."""
+
     size: Mapping[str, float]
     criteria: Mapping[str, Any]
-    trials: int = 200
-    controller: str = "rti"
-    sampler: str = "tpe"
-    seed: int = 0
-    batch: int = 8
-    timeout: float = 600.0
+    trials: int = field(default=200, kw_only=True)
 
     def __post_init__(self) -> None:
-        checked(self.recipe, "recipe", Recipe)
-        search = checked_search(self, SAMPLERS)
-        size = as_mapping(self.size, "size")
+        super().__post_init__()
+        search, size = self.search, as_mapping(self.size, "size")
         if not size:
             raise ArgumentError("size", "nothing", "at least one setting of search, and where there is no disturbance")
         for name, value in size.items():
@@ -91,9 +71,8 @@ class Falsification:
                 raise ArgumentError(f"size.{name}", repr(value), expected)
             if isinstance(search[name], Integers) and value != int(value):
                 raise ArgumentError(f"size.{name}", repr(value), "a whole number, as all that may be chosen")
-        own = {"search": search, "size": {name: float(value) for name, value in size.items()}}
-        for name, value in own.items():
-            object.__setattr__(self, name, MappingProxyType(value))
+        own = {name: float(value) for name, value in size.items()}
+        object.__setattr__(self, "size", MappingProxyType(own))
         object.__setattr__(self, "criteria", self.drives.criteria)
         if not self.criteria:
             raise ArgumentError("criteria", "nothing", "at least one: what is to be violated")
@@ -114,9 +93,8 @@ class Falsification:
     @property
     def plain(self) -> dict[str, Any]:
         """All of it as plain data, from which `rumo.campaigns.falsification.reading.falsification_of` makes it."""
-        names = ("trials", "controller", "sampler", "seed", "batch", "timeout")
         return {
-            "falsify": {name: getattr(self, name) for name in names},
+            "falsify": self.settings,
             "scenario": self.recipe.plain,
             "search": {name: each.plain for name, each in self.search.items()},
             "size": dict(self.size),

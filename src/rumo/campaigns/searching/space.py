@@ -7,33 +7,15 @@ from typing import Any
 
 from rumo.campaigns.searching.samplers import CMA_ES
 from rumo.campaigns.specification.distributions import Choice, Distribution, Integers, LogUniform, Uniform
-from rumo.campaigns.specification.files import digests_of, with_files
-from rumo.campaigns.specification.sampling import Grid, as_varied
-from rumo.checks import as_mapping, positive_number, whole_number
-from rumo.errors import ArgumentError, UnknownNameError
-from rumo.registry import CONTROLLERS
+from rumo.campaigns.specification.files import digests_of
+from rumo.campaigns.specification.sampling import Grid
+from rumo.errors import ArgumentError
 from rumo.scenarios import Recipe
 from rumo.scenarios.differences import CONTENT
 from rumo.scenarios.settings import LEAVES
 
 SEARCHED = (Uniform, Integers, Choice, Grid)
 """What can be searched; LogUniform is Uniform."""
-
-
-def checked_search(told: Any, samplers: Sequence[str]) -> dict[str, Distribution | Grid]:
-    """What may be chosen; raises unless it can be searched as is told, by one of some samplers."""
-    for name in ("trials", "batch"):
-        whole_number(getattr(told, name), name, 1)
-    whole_number(told.seed, "seed", 0)
-    positive_number(told.timeout, "timeout")
-    for name, known in (("controller", CONTROLLERS), ("sampler", samplers)):
-        if getattr(told, name) not in known:
-            raise UnknownNameError(name, getattr(told, name), known)
-    search = {name: as_varied(value, f"search.{name}") for name, value in as_mapping(told.search, "search").items()}
-    if not search:
-        raise ArgumentError("search", "nothing", "at least one setting that may be chosen")
-    check_space(search, told.sampler)
-    return with_files(search, told.recipe)
 
 
 def check_space(space: Mapping[str, Distribution | Grid], sampler: str = "tpe") -> None:
@@ -66,6 +48,14 @@ def options_of(choice: Distribution | Grid) -> list[Any] | None:
     if isinstance(choice, Choice):
         return list(choice.among)
     return list(choice.values) if isinstance(choice, Grid) else None
+
+
+def as_chosen(choice: Distribution | Grid, value: Any) -> Any:
+    """A value of a table, whose whole numbers may be floats, in the form in which it was chosen."""
+    values = options_of(choice)
+    if values is not None:
+        return next((option for option in values if option == value), value)
+    return int(value) if isinstance(choice, Integers) else value
 
 
 def _listed(values: Sequence[Any]) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 
 from rumo.campaigns.searching.rounds import Rounds
 from rumo.campaigns.searching.search import Search, Trial
+from rumo.campaigns.searching.space import as_chosen
 from rumo.campaigns.store import Store
 from rumo.campaigns.store.room import writing_to
 from rumo.campaigns.tasks.task import Engine, Row, canonical
@@ -104,7 +105,7 @@ def carry_out_tuning(tuning: Tuning, folder: Path, engine: Engine, tell: Tell | 
         If nothing can be carried out, or stored; if the drives without tuning fail.
     """
     specified = hashlib.sha256(canonical(tuning.identity).encode()).hexdigest()
-    with Store(folder, tuning.identity) as store:
+    with Store(folder, tuning.plain, tuning.identity) as store:
         search = Search(
             tuning.search,
             [objective.maximise for objective in tuning.objectives.values()],
@@ -117,6 +118,7 @@ def carry_out_tuning(tuning: Tuning, folder: Path, engine: Engine, tell: Tell | 
         rounds = Rounds(tuning.drives, engine, store)
         base = rounds.drive([{}])[0]
         _require_all(tuning, base)
+        store.describe()
         stopped, judged = None, None
         try:
             _drive(tuning, search, rounds, base, tell)
@@ -138,7 +140,7 @@ def carry_out_tuning(tuning: Tuning, folder: Path, engine: Engine, tell: Tell | 
 def _drive(tuning: Tuning, search: Search, rounds: Rounds, base: list[Row], tell: Tell | None) -> None:
     begun_with = tuning.begun_with
     if len(begun_with) == len(tuning.search) and all(tuning.allows(*item) for item in begun_with.items()):
-        search.begin(begun_with)
+        search.begin({name: as_chosen(tuning.search[name], value) for name, value in begun_with.items()})
     while True:
         done, best = len(search.trials), _best(tuning, search)
         if tell is not None:

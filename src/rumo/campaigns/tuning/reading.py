@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from rumo.campaigns.searching.specification import SETTINGS as SEARCH_SETTINGS
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.specification.reading import check_tables, errors_of, renamed, settings_in, varied_in, within
 from rumo.campaigns.specification.sampling import Grid
@@ -15,7 +16,7 @@ from rumo.scenarios import Recipe
 from rumo.scenarios.files import flattened, read_tables
 
 TABLES = ("tune", "scenario", "search", "over", "objectives", "limits", "check")
-SETTINGS = ("trials", "runs", "controller", "sampler", "seed", "batch", "storage", "timeout")
+SETTINGS = (*SEARCH_SETTINGS, "runs", "storage")
 """Keys of the table `[tune]`."""
 CHECKS = ("runs", "vary", "scenario")
 """Keys of the table `[check]`."""

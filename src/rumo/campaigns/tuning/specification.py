@@ -9,15 +9,18 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
-from rumo.campaigns.searching.samplers import SAMPLERS, SEVERAL
-from rumo.campaigns.searching.space import checked_search, identity_of, options_of
+from rumo.campaigns.judging.columns import SETTING
+from rumo.campaigns.judging.summary import plain
+from rumo.campaigns.searching.samplers import SEVERAL
+from rumo.campaigns.searching.space import as_chosen, identity_of, options_of
+from rumo.campaigns.searching.specification import Searched
 from rumo.campaigns.searching.trial_storage import is_url
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.specification.asked import kpi_key
 from rumo.campaigns.specification.sampling import SEED, Grid, as_varied
 from rumo.campaigns.tuning.goals import Goal, Limit, Objective, goals_of
 from rumo.campaigns.work import CONTROLLER
-from rumo.checks import as_mapping, checked
+from rumo.checks import as_mapping
 from rumo.errors import ArgumentError
 from rumo.scenarios import Plain, Recipe
 from rumo.scenarios.settings import settings_of
@@ -43,39 +46,25 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Tuning:
+class Tuning(Searched):
     """A search for better settings, before it is begun.
 
     Parameters
     ----------
-    recipe : Recipe
-        What is tuned, as it is: its drives are what limits are compared with.
-    search : mapping of str to Distribution, Grid or sequence
-        What may be chosen: uniform, log-uniform, integers, or one of a list.
+    recipe, search, trials, controller, sampler, seed, batch, timeout
+        See `rumo.campaigns.searching.specification.Searched`. What is tuned is driven as it is, too: limits are
+        compared with that.
     over : mapping of str to Grid, Distribution or sequence
         The drives of each trial: what varies from one to the next, such as the seed.
     objectives : mapping of str to Objective or mapping
         What is wanted of them.
     limits : mapping of str to Limit or mapping
         What else has to hold.
-    trials : int
-        How many.
     runs : int, optional
         Number of drives of each trial; if not given, the number of points of the grids in `over`.
-    controller : str
-        Name in `rumo.registry.CONTROLLERS`.
-    sampler : str
-        One of `rumo.campaigns.searching.samplers.SAMPLERS`.
-    seed : int
-        Of what is drawn.
-    batch : int
-        Trials that are proposed at the same time; their drives can be carried out at the same time. It decides what
-        is proposed, so that a tuning gives the same on every machine.
     storage : str, optional
         Of the trials: the URL of a database, where several machines tune together; a journal file in the tuning's
         folder if not given.
-    timeout : float
-        That a drive may take [s].
     check : Check, optional
         By which drives the result is judged; not judged if not given.
 
@@ -85,27 +74,18 @@ class Tuning:
         If a value cannot work.
     """
 
-    recipe: Recipe
-    search: Mapping[str, Any]
     over: Mapping[str, Any]
     objectives: Mapping[str, Any]
     limits: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    trials: int = 100
     runs: int | None = None
-    controller: str = "rti"
-    sampler: str = "tpe"
-    seed: int = 0
-    batch: int = 8
     storage: str | None = None
-    timeout: float = 600.0
     check: Check | None = None
 
     def __post_init__(self) -> None:
-        checked(self.recipe, "recipe", Recipe)
+        super().__post_init__()
         if self.storage is not None and (not isinstance(self.storage, str) or not is_url(self.storage)):
             raise ArgumentError("storage", repr(self.storage), "the URL of a database: sqlite:///tune.db")
-        search = checked_search(self, SAMPLERS)
-        over = as_mapping(self.over, "over")
+        search, over = self.search, as_mapping(self.over, "over")
         for name in over:
             if name in search:
                 raise ArgumentError(f"over.{name}", "a setting that is searched for", "another one")
@@ -118,7 +98,7 @@ class Tuning:
         if len(objectives) > 1 and self.sampler not in SEVERAL:
             expected = f"one objective, or sampler {' or '.join(SEVERAL)}"
             raise ArgumentError("sampler", f"{self.sampler!r} with {len(objectives)} objectives", expected)
-        own = {"search": search, "over": over, "objectives": objectives, "limits": limits}
+        own = {"over": over, "objectives": objectives, "limits": limits}
         for name, value in own.items():
             object.__setattr__(self, name, MappingProxyType(value))
         with named("over"):
@@ -183,14 +163,37 @@ class Tuning:
         same = settings_of(self.recipe.run()).get(CONTROLLER) == self.controller
         return self.recipe.with_settings({**settings} if same else {**settings, **own})
 
+    def drives_of(self, row: Mapping[str, Any]) -> tuple[Campaign, dict[str, Plain]]:
+        """The drives that a row is one of, of trials or of the check, and what was chosen for it.
+
+        Parameters
+        ----------
+        row : mapping
+            Of a table, in which what was not chosen is None or NaN, and whole numbers may be floats.
+
+        Raises
+        ------
+        ArgumentError
+            If it is of none of them, as something has changed since.
+        """
+        said = {name: plain(row.get(SETTING + name)) for name in self.search}
+        chosen = {name: as_chosen(self.search[name], value) for name, value in said.items() if value is not None}
+        every = [self.drives] if self.judged is None else [self.drives, self.judged]
+        draw, key = int(row["draw"]), row["key"]
+        for drives in every:
+            if draw < len(drives.draws) and drives.task(draw, self.controller, chosen)["key"] == key:
+                return drives, chosen
+        cure = "The version of Rumo, files and the table [check] as they were repeat it."
+        raise ArgumentError("key", f"{key}, of a run that is now another one", "one of which nothing has changed", cure)
+
     @property
     def plain(self) -> dict[str, Any]:
         """All of it as plain data, from which `rumo.campaigns.tuning.reading.tuning_of` makes it again."""
         return {
             "tune": {
-                name: getattr(self, name)
-                for name in ("trials", "runs", "controller", "sampler", "seed", "batch", "timeout", "storage")
-                if getattr(self, name) is not None
+                name: value
+                for name, value in {**self.settings, "runs": self.runs, "storage": self.storage}.items()
+                if value is not None
             },
             "scenario": self.recipe.plain,
             "search": {name: each.plain for name, each in self.search.items()},
