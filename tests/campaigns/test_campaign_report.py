@@ -135,6 +135,15 @@ def test_what_wilsons_interval_is_made_for_is_said_once(results, vary, sampling,
     assert not re.search(not_said, words)
 
 
+def test_settings_have_their_units(results):
+    told = {"scenario": {"base": "paper"}}
+    shown = [item for item in items(report(replace(results, specification=told))) if isinstance(item, Panels | Table)]
+    titles = {title for item in shown if isinstance(item, Panels) for title, _ in item.panels}
+    assert {"speed [m/s]", "mass [kg]", "plant.mu"} <= titles
+    assert {"speed\n[m/s]", "plant.mu"} <= {head for item in shown if isinstance(item, Table) for head in item.heads}
+    assert results.named("speed") == "speed"  # of a campaign that does not say what it is of
+
+
 def test_the_heat_map_does_not_say_that_anything_depends(results):
     rows = results.rows.copy()
     rows[CLOSE] = np.random.default_rng(1).uniform(0.1, 0.5, len(rows))  # whatever the settings

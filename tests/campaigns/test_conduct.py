@@ -166,26 +166,23 @@ def test_another_campaign_in_the_folder(file, tmp_path):
     assert "of another campaign" in result.output
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "parts"),
-    [
-        ("mass =", "mas =", ["small.toml, line 11: vary.mas", "mass"]),
-        ("low = 180.0", "low = -180.0", ["small.toml, line 11: vary.mass", "above 0"]),
-        ("runs = 6", "runs = 0", ["small.toml, line 3: runs", "at least 1"]),
-        ('"paper"', '"papre"', ["scenario.base", "paper"]),
-        ("tracking_error_max_after_2s_m", "tracking_error", ["criteria.close.kpi"]),
-        ("at_most = 0.5", 'at_most = "half"', ["criteria.close.at_most"]),
-        ("runs = 6", "runs = 6\nrusn = 7", ["rusn", "runs"]),
-    ],
-)
-def test_what_cannot_work_is_an_error_before_any_drive(file, tmp_path, old, new, parts):
+def test_what_cannot_work_is_an_error_before_any_drive(file, tmp_path):
     path = tmp_path / "small.toml"
-    path.write_text(FILE.replace(old, new), encoding="utf-8")
+    path.write_text(FILE.replace("mass =", "mas ="), encoding="utf-8")
     result = runner.invoke(app, ["campaign", str(path), "--output", str(tmp_path / "out"), "--serial"])
-    said = " ".join(result.output.split())
-    assert result.exit_code == 2, said
-    assert [part for part in parts if part not in said] == [], said
+    assert result.exit_code == 2
+    assert "small.toml, line 11: vary.mas: got 'mas', expected one of" in " ".join(result.output.split())
     assert not (tmp_path / "out").exists()
+
+
+def test_what_only_a_drive_tells_is_said_by_its_line(file, tmp_path):
+    path = tmp_path / "small.toml"
+    path.write_text(FILE.replace("tracking_error_max_after_2s_m", "input_variation_per_s.torqe"), encoding="utf-8")
+    result = runner.invoke(app, ["campaign", str(path), "--output", str(tmp_path / "out"), "--serial"])
+    assert result.exit_code == 2
+    assert "small.toml, line 15: criteria.close.kpi: got 'input_variation_per_s.torqe'" in " ".join(
+        result.output.split()
+    )
 
 
 @pytest.mark.parametrize(

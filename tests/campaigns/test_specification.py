@@ -196,6 +196,7 @@ HOSTILE = [
     ("low = 0.7", "low = 1.7", r"line 18: vary\.plant\.mu\.high: got 1.1"),
     ('"uniform"', '"unifrom"', r"line 18: vary\.plant\.mu\.distribution: got 'unifrom'"),
     ("tracking_error_rms_m", "tracking_error", r"line 21: criteria\.close\.kpi: got 'tracking_error'"),
+    ("at_most = 0.3", 'at_most = "half"', r"line 21: criteria\.close\.at_most: got 'half', expected a finite number"),
     (", at_most = 0.3", "", r"line 21: criteria\.close: got no limit"),
     ("tracking_error_rms_m", "step_time_us.p99", r"line 21: criteria\.close\.kpi: .*step_time_p99_us"),
     ("close = {", '"" = {', r"line 20: criteria: got the name '', expected a name that is not empty"),

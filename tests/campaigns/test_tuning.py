@@ -163,6 +163,15 @@ def test_where_nothing_is_within_the_limits_nothing_is_best(tuning, tmp_path):
     assert "None of the 24 trials is within the limits" in report(found, "tune").sections[0].content[0]
 
 
+def test_what_was_best_already_is_said_to_be(tuning, tmp_path):
+    found, _ = tuned(
+        Tuning(**arguments(tuning, trials=8)), tmp_path / "tune", lambda told: drive({"seed": told["seed"]})
+    )
+    gained, *others = report(found, "tune").sections
+    assert gained.content[0] == "None of the 8 trials is better than the settings as they were."
+    assert "The best settings" not in [section.heading for section in others]
+
+
 def test_lists_and_whole_numbers_can_be_searched(tuning, tmp_path):
     search = {"horizon": [5, 10, 15], "estimator": ["butterworth", "none"], "problem.weights.p_y": range(1, 9)}
     listed = Tuning(**arguments(tuning, search=search, limits={}))

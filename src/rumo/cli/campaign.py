@@ -40,6 +40,7 @@ def campaign(
         from rumo.campaigns.conduct import campaign_from, conduct, engine_of, folder_of
         from rumo.campaigns.report.left import report_of
         from rumo.campaigns.specification.going_on import as_begun
+        from rumo.campaigns.specification.reading import errors_of
         from rumo.campaigns.store import Store
         from rumo.errors import CampaignError
 
@@ -49,7 +50,7 @@ def campaign(
         with Store(folder, wanted.plain, wanted.identity) as store, engine_of(scheduler, jobs, serial=serial) as engine:
             tell_dashboard(engine, quiet)
             try:
-                with campaign_progress(quiet) as tell:
+                with campaign_progress(quiet) as tell, errors_of(file):
                     conduct(wanted, engine, store, tell, yes=yes, retry_failed=retry_failed)
             except (CampaignError, KeyboardInterrupt) as error:
                 stopped = error

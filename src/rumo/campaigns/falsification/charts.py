@@ -54,8 +54,8 @@ def search_section(content: Mapping[str, Any], falsified: Falsified) -> Section:
     trials, done = content["trials"], [trial for trial in content["history"] if trial["violated"] is not None]
     failed = f", {number(trials['failed'])} failed" if trials["failed"] else ""
     items: list[Item] = [
-        f"{number(trials['done'])} trials by {content['sampler']}: {number(trials['violating'])} violate something, "
-        f"{number(trials['holding'])} hold{failed}."
+        f"{number(trials['done'])} trials by {content['sampler']}: {number(trials['violating'])} "
+        f"{violate(trials['violating'])} something, {number(trials['holding'])} hold{failed}."
     ]
     if content["found"] is not None:
         items.append(
@@ -68,6 +68,11 @@ def search_section(content: Mapping[str, Any], falsified: Falsified) -> Section:
         items += [] if panels is None else [panels]
         items += [_options(done, name) for name in content["settings"] if not _numeric(done, name)]
     return Section("How it was looked for", items)
+
+
+def violate(count: int) -> str:
+    """What so many trials do."""
+    return "violates" if count == 1 else "violate"
 
 
 def _points(trials: Trials, x: Array, y: Array) -> list[Line]:

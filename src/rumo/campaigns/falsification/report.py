@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rumo.campaigns.falsification.charts import drives_section, search_section
+from rumo.campaigns.falsification.charts import drives_section, search_section, violate
 from rumo.campaigns.falsification.falsify import FOUND, Falsified
 from rumo.campaigns.falsification.summary import summary
 from rumo.campaigns.judging.criteria import Criterion
@@ -81,10 +81,11 @@ def _sentences(content: Mapping[str, Any], criteria: Mapping[str, Criterion]) ->
     if found["holds_at"] is not None:
         held = ", ".join(value_words(each["value"]) for each in found["held"].values())
         told.append(f"At size {found['holds_at']:.4g}, all else the same, everything holds: {held}.")
+    smaller = found["smaller_that_hold"]
     told.append(
-        f"{number(trials['violating'])} of {number(trials['done'])} trials violate something. "
-        f"{number(found['smaller_that_hold'])} of those that hold are smaller than what was found; that none below it "
-        "violates anything is not proved."
+        f"{number(trials['violating'])} of {number(trials['done'])} trials {violate(trials['violating'])} something. "
+        f"{number(smaller)} of those that hold {'is' if smaller == 1 else 'are'} smaller than what was found; that "
+        "none below it violates anything is not proved."
     )
     return told
 
@@ -93,7 +94,8 @@ def _nothing(content: Mapping[str, Any], criteria: Mapping[str, Criterion]) -> l
     done, nearest = number(content["trials"]["done"]), content["nearest"]
     told = [f"None of {done} disturbances violates anything; that none does is not proved."]
     if not content["complete"]:
-        told = [f"{number(content['trials']['violating'])} of {done} disturbances violate something, so far."]
+        violating = content["trials"]["violating"]
+        told = [f"{number(violating)} of {done} disturbances {violate(violating)} something, so far."]
     if nearest is not None:
         values = "; ".join(f"{criteria[name].words}: {number(value)}" for name, value in nearest["values"].items())
         told.append(f"The nearest to a limit has size {nearest['size']:.4g}, {settings_words(nearest['settings'])}.")

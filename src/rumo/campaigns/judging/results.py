@@ -26,6 +26,7 @@ from rumo.campaigns.judging.columns import (
 )
 from rumo.campaigns.judging.criteria import Criterion
 from rumo.errors import ArgumentError, UnknownNameError
+from rumo.scenarios import BASES, Recipe
 from rumo.signals import Array
 
 if TYPE_CHECKING:
@@ -100,6 +101,18 @@ class Results:
     def numeric(self) -> tuple[str, ...]:
         """Those of them that are numbers, in every run."""
         return tuple(name for name in self.varied if np.isfinite(self.setting(name)).all())
+
+    @cached_property
+    def _units(self) -> dict[str, str]:
+        """Units of arguments of a base that comes with Rumo; one's own is not made again to ask it."""
+        scenario = self.specification.get("scenario", {})
+        if scenario.get("base") not in BASES:
+            return {}
+        return {name: each.unit for name, each in Recipe(scenario["base"]).arguments.items() if each.unit != "1"}
+
+    def named(self, setting: str) -> str:
+        """A setting with its unit, as far as it is known: "speed [m/s]"."""
+        return f"{setting} [{self._units[setting]}]" if setting in self._units else setting
 
     def setting(self, name: str) -> Array:
         """Values of a setting (n,), NaN where it is no number."""

@@ -73,7 +73,10 @@ def correlation_table(content: Mapping[str, Any], results: Results, columns: lis
     ]
 
     rows = [
-        [name, *(_rho(found[column][name][driver]) for column in columns for driver in results.controllers)]
+        [
+            results.named(name),
+            *(_rho(found[column][name][driver]) for column in columns for driver in results.controllers),
+        ]
         for name in sorted(results.numeric, key=lambda name: -_size(found[columns[0]][name]))
     ]
     return Table(["Setting", *heads], rows)
@@ -106,7 +109,9 @@ def points(results: Results, column: str, budget: int, settings: Sequence[str]) 
             Line(label(who), slim(setting[rows] + beside[who][rows]), slim(values[rows]), looks[who])
             for who, rows in shown.items()
         ]
-        panels.append((name, (*(Line("Limit", span, np.full(2, limit), LIMIT) for limit in limits), *lines)))
+        panels.append(
+            (results.named(name), (*(Line("Limit", span, np.full(2, limit), LIMIT) for limit in limits), *lines))
+        )
     return Panels(
         f"over-settings-{key_of(column).replace('.', '-')}",
         f"{with_unit(column)} over {'each setting' if len(settings) == len(results.numeric) else ', '.join(settings)}"
@@ -178,7 +183,7 @@ def shares_table(results: Results, name: str) -> Table | None:
         for value in found
     ]
     heads = [head for who in results.controllers for head in (f"{label(who)}\npasses [%]", "95 % interval\n[%]")]
-    return Table([name, *heads], rows)
+    return Table([results.named(name), *heads], rows)
 
 
 def _cells(results: Results, rows: NDArray[np.bool_]) -> list[str]:

@@ -95,11 +95,11 @@ def _axis(results: Results, name: str) -> tuple[NDArray[np.int_], Axis]:
             count = int(np.clip((draws / IN_A_CELL) ** 0.5, LEAST, MOST))
             edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, count + 1)))
             cells = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
-            return cells, Axis(name, tuple(f"{edge:.3g}" for edge in edges))
+            return cells, Axis(results.named(name), tuple(f"{edge:.3g}" for edge in edges))
         single, cells = np.unique(values, return_inverse=True)
-        return cells, Axis(name, tuple(value_words(float(value)) for value in single))
+        return cells, Axis(results.named(name), tuple(value_words(float(value)) for value in single))
     names, cells = np.unique(np.array(found, dtype=str), return_inverse=True)
-    return cells, Axis(name, tuple(names.tolist()))
+    return cells, Axis(results.named(name), tuple(names.tolist()))
 
 
 def _values(results: Results) -> tuple[Any, str, str, tuple[float, float] | None]:

@@ -48,8 +48,20 @@ def worst_table(title: str, runs: list[dict[str, Any]], results: Results) -> Tab
         ]
         for i, run in enumerate(runs)
     ]
-    heads = ["", title.replace(", ", ",\n"), "Controller", "Draw", *results.varied, "Key"]
+    heads = [
+        "",
+        title.replace(", ", ",\n"),
+        "Controller",
+        "Draw",
+        *map(_head, map(results.named, results.varied)),
+        "Key",
+    ]
     return Table(heads, rows, words=(2, len(heads) - 1))
+
+
+def _head(setting: str) -> str:
+    """A setting with its unit as the head of a column, which is to be narrow."""
+    return setting.replace(" [", "\n[")
 
 
 def _cell(value: Any) -> str:

@@ -18,6 +18,13 @@ def headline(content: Mapping[str, Any]) -> Section:
     """Objectives and limits, before and after."""
     if not content["best"]:
         return Section("What was gained", [_nothing(content["trials"])], brief=True)
+    if _as_before(content):
+        told = f"None of the {number(content['trials']['done'])} trials is better than the settings as they were."
+        return Section(
+            "What was gained",
+            [told, "More trials, or other limits, may come to some that are.", values_table(content)],
+            brief=True,
+        )
     items: list[Item] = [_sentence(name, each) for name, each in content["objectives"].items()]
     items += _limits(content)
     items.append(values_table(content))
@@ -27,6 +34,11 @@ def headline(content: Mapping[str, Any]) -> Section:
             "says which others judge them."
         )
     return Section("What was gained", items, brief=True)
+
+
+def _as_before(content: Mapping[str, Any]) -> bool:
+    """Whether the settings that were tuned are the best themselves."""
+    return len(content["best"]) == 1 and all(each["before"] == each["after"] for each in content["settings"].values())
 
 
 def _nothing(trials: Mapping[str, Any]) -> str:
@@ -101,7 +113,7 @@ def _limit_words(found: Mapping[str, Any]) -> str:
 
 def settings_section(content: Mapping[str, Any], folder: str) -> Section | None:
     """The best settings beside those of before."""
-    if not content["best"]:
+    if not content["best"] or _as_before(content):
         return None
     rows = [
         [
