@@ -182,6 +182,7 @@ HOSTILE = [
         r"line 12: scenario\.problem\.weights\.p_y: got two va",
     ),
     ("[vary]", '[vary]\n"plant.mu" = [1.0, 2.0]', r"line 15: vary\.plant\.mu: got two values, expected one"),
+    ("[vary]", '[vary]\n"" = [1.0, 2.0]', r"line 14: vary: got the name '', expected a name that is not empty"),
     ("to = 4", "to = -4", r"line 15: vary\.seed\.to: got -4"),
     ("[6.0, 8.0]", "[]", r"line 16: vary\.speed\.values: got \[\]"),
     ("[6.0, 8.0]", "7.0", r"line 16: vary\.speed: got 7.0, .*belongs to \[scenario\]"),

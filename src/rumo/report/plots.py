@@ -26,6 +26,8 @@ WIDE, NARROW = 740, 330
 """Widths that legends must do with [px]."""
 TOP, BELOW = 44, 52
 """Room for the mode bar, and for ticks and label of the lower axis [px]."""
+LOG_TICKS = 6
+"""On a logarithmic axis, about: of 1, 2, 5 and 10 there is room for each, of 1 to 10 there is not."""
 CHART, PRINTED, ROW = 330, 3.6, 135
 """Height of a chart [px] that is so high in print [inch], and of a row of panels for each inch [px]."""
 
@@ -242,7 +244,7 @@ def _logarithmic(curves: list[Array]) -> dict[str, Any]:
     values = np.concatenate([[], *(np.ravel(curve) for curve in curves)])
     values = values[np.isfinite(values) & (values > 0.0)]
     if not len(values) or np.log10(values.max() / values.min()) >= FEW_DECADES:
-        return axis
+        return axis | {"nticks": LOG_TICKS}
     decades = np.arange(np.floor(np.log10(values.min())), np.ceil(np.log10(values.max())) + 1.0)
     ticks = np.outer(10.0**decades, [1.0, 2.0, 5.0]).ravel()
     return axis | {"tickvals": ticks, "ticktext": [f"{tick:g}" for tick in ticks]}

@@ -10,6 +10,7 @@ from typing import Any
 from rumo.campaigns.specification.distributions import DISTRIBUTION, Distribution, distribution_of
 from rumo.campaigns.specification.files import with_files
 from rumo.campaigns.specification.sampling import Grid
+from rumo.checks import a_name
 from rumo.errors import ArgumentError, FileError, UnknownNameError
 from rumo.scenarios import Recipe
 from rumo.scenarios.files import line_of, require_once
@@ -58,6 +59,8 @@ def varied_in(tables: Mapping[str, Any], table: str, recipe: Recipe, folder: Pat
     """Grids and distributions of a table, by dotted names; names of files are relative to a folder."""
     found: dict[str, Grid | Distribution] = {}
     for name, values in _varied(tables.get(table, {}), "", table):
+        for part in name.split("."):
+            a_name(part, table)
         with within(table):
             require_once((name,), found)
         found[name] = values
