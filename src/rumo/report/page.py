@@ -19,7 +19,7 @@ NARROW = 640
 """Screens narrower than this show panels below each other [px]."""
 
 STYLE = """
-:root { color-scheme: light; }
+:root { color-scheme: light; scrollbar-gutter: stable; }
 body { font: 16px/1.5 system-ui, sans-serif; color: #1b1f24; max-width: 68rem; margin: 0 auto; padding: 1.5rem; }
 h1 { margin-bottom: 0; } h2 { margin: 2.5rem 0 .5rem; }
 p.lead { margin-top: .25rem; color: #57606a; }
