@@ -156,7 +156,6 @@ def test_searches_have_files_too(file):
 def test_what_is_said_twice_or_says_nothing_is_refused(file):
     recipe = Recipe("paper")
     for vary, said in (
-        ({"plant.mu": [1.0], "plant": {"mu": [0.9]}}, r"vary\.plant\.mu: got two values, \[1\.0\] and \[0\.9\]"),
         ({"speed": {}}, r"vary\.speed: got an empty table, expected a list"),
         ({"plant": {"mu": {}}}, r"vary\.plant\.mu: got an empty table"),
     ):

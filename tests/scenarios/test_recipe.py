@@ -97,7 +97,7 @@ def test_nested_tables_are_the_same_from_python():
 
 def test_a_setting_has_one_value(tmp_path):
     (tmp_path / "run.toml").write_text('[scenario]\nbase = "paper"\n"x.psi" = 0.1\n[scenario.x]\npsi = 0.2\n')
-    with pytest.raises(rumo.ArgumentError, match=r"x\.psi: got two values, 0\.1 and 0\.2"):
+    with pytest.raises(rumo.ArgumentError, match=r"x\.psi: got two values, expected one"):
         Recipe.from_toml(tmp_path / "run.toml")
     with pytest.raises(rumo.ArgumentError, match=r"sensors\.noise: got an empty table, .* Or leave it out"):
         Recipe.of({"base": "paper", "sensors": {"noise": {}}})
