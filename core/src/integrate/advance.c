@@ -20,7 +20,7 @@
 #define SHRINKAGE 0.2
 /* Variables that moved by more than this, over their sizes and scales, may have made a mode grow that did not; and by how much a
  * step may then have been too long. */
-#define FAR 0.1
+#define MOVED_FAR 0.1
 #define TOO_LONG 2.0
 
 static void set_weights(rumo_integrator *q) {
@@ -95,7 +95,7 @@ static int overlooks_growth(rumo_integrator *q, trial *t) {
         end[i] = q->y[i] + q->Z[2 * q->ld + i];
         far = larger(far, fabs(end[i] - q->looked[i]) * q->relative / (q->absolute[i] + q->relative * fabs(q->looked[i])));
     }
-    t->renewed = q->varies && far > FAR;
+    t->renewed = q->varies && q->loops >= 0 && far > MOVED_FAR;
     return t->renewed && jacobian_at(q, end) && t->h > TOO_LONG * longest_growing_step(q, t->h / TOO_LONG);
 }
 
@@ -167,7 +167,7 @@ static rumo_ending advance_integrator(rumo_integrator *q, const double *x, const
         jumped = 1;
         copy(q->y, x, q->nx);
     }
-    if (jumped && q->varies && q->loops * q->loops <= LOOK_AT) q->has_jacobian = 0;
+    if (jumped && q->varies && q->loops >= 0 && q->loops * q->loops <= LOOK_AT) q->has_jacobian = 0;
     if (jumped) q->predicts = 0; /* rates jump: what they were says no more of the stages than nothing does */
     copy(q->start, q->y, q->n);
     set_weights(q);
