@@ -58,8 +58,13 @@ def opened(optuna: Any, storage: str | Path | None) -> Any:
     if storage is None:
         return optuna.storages.InMemoryStorage()
     if is_url(storage):
-        waiting = {"connect_args": {"timeout": PATIENCE}} if str(storage).startswith("sqlite:") else {}
-        return optuna.storages.RDBStorage(str(storage), engine_kwargs=waiting)
+        how: dict[str, Any] = {}
+        if str(storage).startswith("sqlite:"):
+            from sqlalchemy import NullPool
+
+            # Nobody closes a pool: its files would stay open as long as the process lives.
+            how = {"connect_args": {"timeout": PATIENCE}, "poolclass": NullPool}
+        return optuna.storages.RDBStorage(str(storage), engine_kwargs=how)
     _cut(Path(storage))
     journal = optuna.storages.journal
     return optuna.storages.JournalStorage(journal.JournalFileBackend(str(storage), _NoLock()))
