@@ -1,5 +1,6 @@
 """What a file of the user's imports from beside itself: part of what decides a run, and found whenever it is needed."""
 
+import os
 import subprocess
 import sys
 
@@ -65,6 +66,30 @@ def test_modules_are_those_that_are_imported_from_beside_it(own):
     assert modules_beside(installed) == {}
 
 
+@pytest.mark.parametrize(
+    ("listed", "also"),
+    [
+        ("__all__ = ['slow']\n__all__ += ('no_module',)", ["slow"]),
+        ("__all__ = [name for name in ('fast',)]", ["fast", "slow", "speeds"]),
+        ("from os import __all__", ["fast", "slow", "speeds"]),
+        ("slow = 1", []),
+    ],
+)
+def test_of_a_whole_package_there_is_what_it_lists(own, listed, also):
+    own.write_text("from parts import *\n")
+    (own.parent / "parts" / "__init__.py").write_text(listed)
+    assert list(modules_beside(own)) == ["parts", *(f"parts.{name}" for name in also)]
+
+
+@pytest.mark.parametrize(
+    "told", ["'.fast', __package__", "'.fast', package='parts'", "name='..fast', package='parts.slow'"]
+)
+def test_a_relative_name_that_is_told_is_found(own, told):
+    own.write_text("import parts\n")
+    (own.parent / "parts" / "__init__.py").write_text(f"import importlib\nimportlib.import_module({told})\n")
+    assert list(modules_beside(own)) == ["parts", "parts.fast"]
+
+
 @pytest.mark.parametrize("name", ["beside", "late", "later", "parts/__init__", "parts/slow", "parts/fast"])
 def test_what_is_in_them_is_part_of_a_runs_identity(own, name):
     before = Recipe(f"{own}:make").identity
@@ -99,3 +124,22 @@ def test_what_has_changed_is_loaded_anew(own):
     (own.parent / "later.py").write_text("MORE = 0.75\n")
     (own.parent / "parts" / "slow.py").write_text("SLOW = 40\n")
     assert driven(own) == 143.75
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "value"),
+    [("own", "+ SLOW", "- SLOW", 83.5), ("beside", "100", "109", 132.5), ("parts/slow", "20", "29", 132.5)],
+)
+def test_what_runs_is_what_is_in_a_file_whatever_was_compiled(own, monkeypatch, name, old, new, value):
+    """Of the same size and time, as those of an archive, a file is another one if it holds something else."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    own.write_text(f"{OWN}# {name}: one that is not loaded yet\n")
+    file = own.parent / f"{name}.py"
+    written, status = file.read_text(), file.stat()
+    assert driven(own) == 123.5
+    before = Recipe(f"{own}:make").identity
+    file.write_text(written.replace(old, new))
+    os.utime(file, ns=(status.st_atime_ns, status.st_mtime_ns))
+    assert file.stat().st_size == status.st_size
+    assert Recipe(f"{own}:make").identity != before
+    assert driven(own) == value

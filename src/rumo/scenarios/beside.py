@@ -6,16 +6,20 @@ import ast
 import importlib
 import os
 import sys
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from functools import lru_cache
 from importlib.abc import MetaPathFinder
 from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES, ModuleSpec, PathFinder
+from importlib.util import resolve_name
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from rumo.scenarios.contents import digest
+from rumo.scenarios.loading import as_written
 
+LISTED, EVERY = "__all__", "*"
+IMPORTERS = ("import_module", "__import__")
 INSTALLED = {"site-packages", "dist-packages"}
 """Folders of packages, of which a version is told and not what is in their files."""
 
@@ -50,17 +54,21 @@ def modules_beside(path: Path) -> dict[str, str]:
     return dict(sorted(found.items()))
 
 
-def _along(folder: Path, name: str, there: dict[Path, set[str]]) -> Generator[tuple[str, Path]]:
-    """Modules on the way to a dotted name, the last one perhaps no module, with their files.
+def _along(top: Path, name: str, there: dict[Path, set[str]]) -> Generator[tuple[str, Path]]:
+    """Modules on the way to a dotted name, the last one perhaps no module, or all of a package's, with their files.
 
     Of most names nothing is there: folders are listed once, into `there`.
     """
-    parts = name.split(".")
+    folder, parts, place = top, name.split("."), None
     if parts[0] in sys.stdlib_module_names:
         return
     for i, part in enumerate(parts, 1):
         if folder not in there:
             there[folder] = {entry.partition(".")[0] for entry in os.listdir(folder)}
+        if part == EVERY and place is not None:
+            listed = _listed(place.read_bytes()) if place.suffix in SOURCE_SUFFIXES else None
+            for each in sorted(there[folder] - {"__init__"}) if listed is None else listed:
+                yield from _along(top, ".".join([*parts[:-1], each]), there)
         if part not in there[folder]:
             return
         inner = folder / part
@@ -77,27 +85,60 @@ def _along(folder: Path, name: str, there: dict[Path, set[str]]) -> Generator[tu
 @lru_cache(maxsize=1024)
 def _imported(text: bytes, package: str) -> tuple[str, ...]:
     """Dotted names that a module of a package imports; the last part of some may be what is in a module."""
+    return tuple(dict.fromkeys(name for node in _nodes(text) for name in _names(node, package)))
+
+
+@lru_cache(maxsize=1024)
+def _listed(text: bytes) -> tuple[str, ...] | None:
+    """What a package lists to be imported with all else of it; None if only the program knows."""
+    told, listed = 0, list[str]()
+    for node in _nodes(text):
+        told += LISTED in (getattr(node, "id", ""), getattr(node, "name", ""), getattr(node, "value", ""))
+        if isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            if [getattr(target, "id", "") for target in targets] == [LISTED] and node.value is not None:
+                try:
+                    listed += map(str, ast.literal_eval(node.value))
+                except (ValueError, TypeError):  # put together by the program
+                    continue
+                told -= 1
+    return None if told else tuple(listed)
+
+
+def _nodes(text: bytes) -> Iterable[ast.AST]:
     try:
-        tree = ast.parse(text)
+        return ast.walk(ast.parse(text))
     except (SyntaxError, ValueError, RecursionError):  # it is said when the file is loaded
         return ()
-    return tuple(dict.fromkeys(name for node in ast.walk(tree) for name in _names(node, package)))
 
 
 def _names(node: ast.AST, package: str) -> list[str]:
     if isinstance(node, ast.Import):
         return [alias.name for alias in node.names]
     if isinstance(node, ast.ImportFrom):
-        parts = package.split(".") if node.level else []
-        parts = parts[: len(parts) - node.level + 1] if node.level else parts
-        module = ".".join([part for part in (*parts, node.module or "") if part])
-        return [f"{module}.{alias.name}".lstrip(".") for alias in node.names] if module else []
-    if isinstance(node, ast.Call) and node.args:
-        called, first = node.func, node.args[0]
-        name = called.attr if isinstance(called, ast.Attribute) else getattr(called, "id", "")
-        if name in ("import_module", "__import__") and isinstance(first, ast.Constant) and isinstance(first.value, str):
-            return [] if first.value.startswith(".") else [first.value]
+        module = _absolute("." * node.level + (node.module or ""), package)
+        return [f"{module}.{alias.name}" for alias in node.names] if module else []
+    if isinstance(node, ast.Call):
+        called = node.func
+        given = dict(zip(("name", "package"), node.args, strict=False))
+        given |= {each.arg: each.value for each in node.keywords if each.arg}
+        if (called.attr if isinstance(called, ast.Attribute) else getattr(called, "id", "")) in IMPORTERS:
+            name, base = (_text(given.get(part)) for part in ("name", "package"))
+            return [_absolute(name, base or package)] if name else []
     return []
+
+
+def _text(node: ast.AST | None) -> str:
+    """A text that is in the program as such; nothing of another expression, such as `__package__`."""
+    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
+
+
+def _absolute(name: str, package: str) -> str:
+    """A dotted name that may begin with dots, of a package; nothing where there is none."""
+    try:
+        return resolve_name(name, package)
+    except ImportError:  # beyond the file's folder
+        return ""
 
 
 class _Beside(MetaPathFinder):
@@ -134,9 +175,11 @@ class _Beside(MetaPathFinder):
     def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
         """See `importlib.abc.MetaPathFinder`."""
         folder, modules = self._used
-        if path is not None or not any(name.partition(".")[0] == fullname for name, _ in modules):
+        if fullname.partition(".")[0] not in {name.partition(".")[0] for name, _ in modules}:
             return None
-        return PathFinder.find_spec(fullname, [folder], target)
+        if path is not None and not any(Path(folder) in Path(place).parents for place in path):
+            return None
+        return as_written(PathFinder.find_spec(fullname, [folder] if path is None else path, target))
 
 
 BESIDE = _Beside()

@@ -13,6 +13,7 @@ from rumo.errors import ArgumentError, UnknownNameError
 from rumo.scenarios.arguments import Plain
 from rumo.scenarios.beside import BESIDE, modules_beside
 from rumo.scenarios.contents import digest
+from rumo.scenarios.loading import AsWritten
 
 SEPARATOR = ".py:"
 
@@ -64,16 +65,16 @@ def _module(path: Path) -> ModuleType:
     BESIDE.use(path, modules)
     if name in sys.modules:
         return sys.modules[name]
-    spec = spec_from_file_location(name, path)
+    loader = AsWritten(name, str(path))
+    spec = spec_from_file_location(name, path, loader=loader)
     assert spec is not None
-    assert spec.loader is not None
     module = module_from_spec(spec)
     folder = str(path.resolve().parent)
     if folder not in sys.path:  # for imports by names that only the program knows; last, so that it hides nothing
         sys.path.append(folder)
     sys.modules[name] = module
     try:
-        spec.loader.exec_module(module)
+        loader.exec_module(module)
     except Exception as error:
         del sys.modules[name]
         got = f"'{path}', which raises {type(error).__name__}: {error}"
