@@ -231,6 +231,12 @@ def test_ones_own_file_that_raises_is_named(file):
         Campaign.from_toml(file)
 
 
+def test_a_controller_that_could_not_take_a_step_is_an_error():
+    tank = Campaign(Recipe("reactor", {"backend": "portable"}), {"seed": [0, 1]}, controllers=("rti", "ltv"))
+    with pytest.raises(rumo.ArgumentError, match=r"^scenario: reference: got no values for .* LinearTimeVarying"):
+        tank.rehearse()
+
+
 def test_files_are_relative_to_the_campaigns(file):
     (file.parent / "own.py").write_text(
         "from rumo.scenarios import Recipe\ndef make(*, speed, mass):\n"

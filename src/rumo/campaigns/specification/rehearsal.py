@@ -29,7 +29,8 @@ def rehearse(campaign: Campaign) -> None:
     """Begin the first drive with each controller, and drives with each varied setting at its extremes.
 
     Extremes are the ends of a distribution or grid, and where there are none, what the draws have. Other settings are
-    those of the first draw. Each drive is set up and comes to its first sample, and no further.
+    those of the first draw. Each drive is set up and comes to its first sample, and no further; the first one with each
+    controller takes its step there.
 
     Raises
     ------
@@ -39,15 +40,18 @@ def rehearse(campaign: Campaign) -> None:
     with _told_of(campaign, campaign.draws[0], None):
         first = campaign.settings(0)
     for name in campaign.controllers:
-        _begin(campaign, first, name, None)
+        _begin(campaign, first, name, None, step=True)
     for setting in campaign.vary:
         for value in campaign.draws.extremes(setting)[:MOST]:
             if value != first[setting]:
                 _begin(campaign, {**first, setting: value}, campaign.controllers[0], setting)
 
 
-def begin(run: Any) -> None:
-    """Set up a run, and come to its first sample."""
+def begin(run: Any, *, step: bool = False) -> None:
+    """Set up a run, and come to its first sample, or to what its controller says of it.
+
+    Only misuse is an error of a step: whatever else it may raise is what comes of a run.
+    """
     scenario = scenario_of(run)
     if scenario is None:
         return
@@ -55,12 +59,21 @@ def begin(run: Any) -> None:
     if kind is RealTimeIteration and scenario.backend in (None, "auto", "tailored"):
         scenario = changed(scenario, {"backend": "portable"})  # the same, without a compiler
     with closing(ClosedLoop(scenario, shared_controller(scenario)).moments()) as moments:
-        next(moments)
+        moment = next(moments)
+        if step:
+            try:
+                moment.plan()
+            except ArgumentError:
+                raise
+            except Exception:
+                return
 
 
-def _begin(campaign: Campaign, settings: Mapping[str, Plain], controller: str, tried: str | None) -> None:
+def _begin(
+    campaign: Campaign, settings: Mapping[str, Plain], controller: str, tried: str | None, *, step: bool = False
+) -> None:
     with _told_of(campaign, settings, tried):
-        begin(task_run(campaign.common, {"controller": controller, "settings": settings}))
+        begin(task_run(campaign.common, {"controller": controller, "settings": settings}), step=step)
 
 
 @contextmanager
