@@ -102,6 +102,21 @@ def test_what_stands_of_several_comparisons_is_said(results, found):
     assert sum("not corrected for their number" in item for item in words) == 1
 
 
+def test_comparisons_in_which_nothing_differs_do_not_count():
+    """What all controllers pass, or none, takes nothing from what may be found elsewhere."""
+    rows = made_up(60)
+    rows.loc[rows["controller"] == "ltv", CLOSE] += np.where(np.arange(60) % 5, 0.0, 9.0)
+    close, all_pass, none = (
+        Criterion(str(most), CLOSE.removeprefix("kpi."), at_most=most) for most in (2.0, 1e9, -1.0)
+    )
+    done = rows[rows.groupby("draw")["outcome"].transform(lambda each: (each == "done").all())]
+    alone, among = (summary(Results(done, judged)) for judged in ((close,), (close, all_pass, none)))
+    tests = among["comparisons"][0]["criteria"]
+    assert tests["2.0"] == alone["comparisons"][0]["criteria"]["2.0"]
+    assert tests["2.0"]["corrected"] == tests["2.0"]["chance"] < 0.05
+    assert [(tests[name]["chance"], tests[name]["corrected"]) for name in ("1000000000.0", "-1.0")] == [(1.0, 1.0)] * 2
+
+
 def test_each_difference_is_told_from_0_and_no_more(found):
     (said,) = found.summary["comparisons"]
     low, high = said["kpis"]["tracking_error_max_after_2s_m"]["interval"]

@@ -147,7 +147,8 @@ def conduct(
     rows = store.records({task["key"] for task in first})
     require_known(wanted.criteria.values(), rows)
     if not yes:
-        require_short(wanted, rows, max(every - len(store.keys()), 0), engine.workers)
+        there = store.keys(failed=not retry_failed)
+        require_short(wanted, rows, max(every - len(there), 0), engine.workers)
     store.describe()
     carry_out(WORK, wanted.common, wanted.tasks, engine, store, tell, retry_failed=retry_failed)
     keep_worst(wanted, engine, store)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import combinations
 from typing import Any
 
@@ -40,7 +40,8 @@ def summary(results: Results, pairs: Iterable[tuple[str, str]] | None = None) ->
         drove how many. `worst`: the worst runs
         by the first criterion. `rank_correlations`: by figure, setting and controller. `comparisons`: of each two
         controllers on the same draws; of criteria with the probability `chance` of the sign test, and `corrected` by
-        Holm for all of them together. `failures`: what went wrong, by kind. `versions`: of what made the rows.
+        Holm for all of them together in which any draw differs. `failures`: what went wrong, by kind. `versions`: of
+        what made the rows.
     """
     rows, compared = results.rows, combinations(results.controllers, 2) if pairs is None else pairs
     return {
@@ -158,10 +159,19 @@ def _comparison(results: Results, first: str, second: str) -> dict[str, Any]:
 
 def _corrected(comparisons: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Comparisons, whose tests of criteria are corrected for each other."""
-    tests = [each for found in comparisons if found["draws"] for each in found["criteria"].values()]
+    tests = differing(comparisons)
+    for found in comparisons:
+        for each in found["criteria"].values() if found["draws"] else ():
+            each["corrected"] = each["chance"]
     for each, corrected in zip(tests, holm([each["chance"] for each in tests]), strict=True):
         each["corrected"] = corrected
     return comparisons
+
+
+def differing(comparisons: Iterable[Mapping[str, Any]]) -> list[Any]:
+    """Tests of criteria that could have found something: without a draw that only one passes, none can, or errs."""
+    tests = [each for found in comparisons for each in found["criteria"].values()]
+    return [each for each in tests if each["first"] + each["second"]]
 
 
 def _difference(column: str, results: Results, one: Any, other: Any) -> dict[str, Any]:

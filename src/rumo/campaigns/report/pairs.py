@@ -11,6 +11,7 @@ import numpy as np
 from rumo.campaigns.judging.columns import inside, key_of, title_of, unit_of, with_unit
 from rumo.campaigns.judging.results import Results
 from rumo.campaigns.judging.statistics import CONFIDENCE
+from rumo.campaigns.judging.summary import differing
 from rumo.campaigns.report.looks import COLORS, slim
 from rumo.campaigns.report.spread import wide
 from rumo.campaigns.report.words import ends, percent
@@ -89,16 +90,16 @@ def several_words(content: Mapping[str, Any]) -> list[Item]:
     """What stands of several comparisons that were made at once, and what is not corrected; nothing of a single one."""
     compared = [found for found in content["comparisons"] if found["draws"]]
     tests = [(found, name, each) for found in compared for name, each in found["criteria"].items()]
-    items: list[Item] = []
-    if len(tests) > 1:
+    items, count = list[Item](), len(differing(compared))
+    if count > 1:
         stand = [
             f"{name} ({label(found['first'])}, {label(found['second'])})"
             for found, name, each in tests
             if each["corrected"] < 1.0 - CONFIDENCE
         ]
         items.append(
-            f"Of the {number(len(tests))} comparisons of who passes, corrected for their number by Holm's method at "
-            f"5 %, {'these stand: ' + ', '.join(stand) if stand else 'none stands'}."
+            f"Of the {number(count)} comparisons of who passes in which any draw differs, corrected for their number "
+            f"by Holm's method at 5 %, {'these stand: ' + ', '.join(stand) if stand else 'none stands'}."
         )
     intervals = sum(
         each["interval"] is not None and not _same(each) for found in compared for each in found["kpis"].values()

@@ -56,7 +56,7 @@ def write_part(path: Path, rows: Sequence[Row]) -> None:
 
 
 def read_parts(paths: Iterable[Path], columns: Sequence[str] | None = None) -> Any:
-    """All rows of parts, as an Arrow table: each key once, a run that came to its end before others, else the first.
+    """All rows of parts, as an Arrow table: each key once, a run that came to its end before others, else the last.
 
     Parameters
     ----------
