@@ -117,6 +117,16 @@ def test_comparisons_in_which_nothing_differs_do_not_count():
     assert [(tests[name]["chance"], tests[name]["corrected"]) for name in ("1000000000.0", "-1.0")] == [(1.0, 1.0)] * 2
 
 
+def test_what_no_drive_knows_is_said():
+    known, lap = (
+        report(Results(made_up(20), CRITERIA)),
+        report(Results(made_up(20), (Criterion("lap", "lap_time_s", 9.0),))),
+    )
+    (words,) = [item for item in items(lap) if isinstance(item, str) and item.startswith("Lap, ")]
+    assert words.count(", not known in any of them") == 2
+    assert not [item for item in items(known) if isinstance(item, str) and "not known in any" in item]
+
+
 def test_each_difference_is_told_from_0_and_no_more(found):
     (said,) = found.summary["comparisons"]
     low, high = said["kpis"]["tracking_error_max_after_2s_m"]["interval"]

@@ -191,12 +191,35 @@ def test_what_only_a_drive_tells_is_said_by_its_line(file, tmp_path):
         ("input_variation_per_s.torqe", "one of input_variation_per_s.steering_rate, input_variation_per_s.torque"),
         ("input_variation_per_s", "one of input_variation_per_s.steering_rate, input_variation_per_s.torque"),
         ("fallbacks.x", "fallbacks, which has no parts"),
+        ("lap_time_s", "'lap_time_s', which these drives do not have: they are along no path, expected one of "),
     ],
 )
 def test_a_criterion_of_what_the_first_runs_do_not_know(rows, kpi, part):
     criterion = Criterion("calm", kpi, at_most=1.0)
     with pytest.raises(rumo.ArgumentError, match=re.escape(part)):
         pilots.require_known([criterion], rows.to_dict("records"))
+
+
+@pytest.mark.parametrize(
+    ("figures", "kpi"),
+    [
+        ({"distance_m": 3.0, "lap_time_s": None}, "lap_time_s"),
+        ({"tracking_error_rms_m": 0.1, "tracking_error_rms_after_2s_m": None}, "tracking_error_rms_after_2s_m"),
+        ({"lap_time_s": None}, "lap_time_s"),
+        ({"jerk_rms_m_s3": None}, "jerk_rms_m_s3"),
+    ],
+)
+def test_what_other_drives_might_know_is_no_error(figures, kpi):
+    row = {"outcome": "done", **{f"kpi.{name}": value for name, value in figures.items()}}
+    pilots.require_known([Criterion("late", kpi, at_most=1.0)], [row])
+
+
+def test_what_drives_without_a_point_cannot_know_is_an_error():
+    row = {"outcome": "done", "kpi.tracking_error_rms_m": None, "kpi.fallbacks": 0}
+    far = Criterion("far", "tracking_error_max_after_2s_m", at_most=1.0)
+    with pytest.raises(rumo.ArgumentError, match=r"criteria\.far\.kpi: .*they follow no point.* one of fallbacks\."):
+        pilots.require_known([far], [row])
+    pilots.require_known([far], [{**row, "outcome": "raised"}])
 
 
 def test_a_scheduler_that_is_not_there(file, tmp_path):

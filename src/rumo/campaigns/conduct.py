@@ -131,8 +131,8 @@ def conduct(
     Raises
     ------
     ArgumentError
-        If a criterion asks for a part of a figure that there is not, or all would take longer than an hour, and `yes`
-        is not said. The first runs are kept.
+        If a criterion asks for a figure, or a part of one, that such drives do not have, or all would take longer than
+        an hour, and `yes` is not said. The first runs are kept.
     CampaignError
         See `carry_out`.
     """

@@ -35,6 +35,11 @@ def _sentences(content: Mapping[str, Any], results: Results) -> list[str]:
         f"{capital(criterion.name)}, {criterion.words}: "
         + "; ".join(
             f"{label(name)} passes in {share_words(of['criteria'][criterion.name])}"
+            + (
+                ""
+                if np.isfinite(criterion.values(results.rows)[results.of(name)]).any()
+                else ", not known in any of them"
+            )
             for name, of in content["controllers"].items()
         )
         + "."
