@@ -106,6 +106,12 @@ def use_up_memory(common, task):
     return {"kpi.length": len(bytearray(2**31))}
 
 
+def changed(common, task):
+    from rumo.campaigns.tasks.task import ChangedError
+
+    raise ChangedError("scenario", "another file", "the file that it began with")
+
+
 BEHAVIOURS = {
     "quick": lambda common, task: None,
     "raise": raise_with_a_log,
@@ -125,6 +131,8 @@ BEHAVIOURS = {
     "use up memory": use_up_memory,
     "note": note,
     "wait for rows": wait_for_rows,
+    "changed": changed,
+    "log": lambda common, task: {"log": b"all of it", "kpi.asked": task.get("log") is not False},
     "threads": lambda common, task: {"threads": os.environ["OMP_NUM_THREADS"], "cwd": sys.path[0]},
 }
 
@@ -135,6 +143,8 @@ def prepare(common):
         raise ValueError("cannot be set up")
     if common.get("crashing"):
         os._exit(7)
+    if common.get("hanging"):
+        hang_with_the_gil(common, None)
 
 
 MIXED = {"timeout": 20.0, "sleep": 0.02}

@@ -69,6 +69,29 @@ def test_failed_runs_are_made_again_on_demand(tmp_path):
     assert list(read_rows(tmp_path)["outcome"]) == ["done", "raised", "done"]
 
 
+@pytest.mark.parametrize("retry", [False, True])
+def test_failures_among_the_first_are_told(tmp_path, retry):
+    tasks = Tasks(6, lambda number: "raise" if number in (1, 4) else "quick")
+    first = carried_out(tmp_path, list(tasks)[:2], every=6)
+    told = []
+    last = carried_out(tmp_path, tasks, tell=told.append, after=first, retry_failed=retry)
+    assert (first.failed, told[0].failed, last.failed) == (1, 0 if retry else 1, 2)
+
+
+def test_logs_are_asked_for_while_they_are_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr("rumo.campaigns.store.store.MOST_LOGS", 2)
+    carried_out(tmp_path, Tasks(4, lambda number: "log"))
+    assert list(read_rows(tmp_path)["kpi.asked"]) == [True, True, False, False]
+    assert len(list((tmp_path / "logs").iterdir())) == 2
+
+
+def test_files_that_have_changed_end_it_and_what_is_done_is_kept(tmp_path):
+    tasks = Tasks(5, lambda number: "changed" if number == 3 else "quick")
+    with pytest.raises(CampaignError, match="got another file"):
+        carried_out(tmp_path, tasks)
+    assert list(read_rows(tmp_path)["draw"]) == [0, 1, 2]
+
+
 @pytest.mark.parametrize("engine", ["serial", "embedded"])
 def test_rows_do_not_wait_for_a_run_that_takes_long(tmp_path, monkeypatch, engine):
     monkeypatch.setattr("rumo.campaigns.store.store.PAUSE", 0.2)

@@ -216,9 +216,29 @@ def test_what_is_called_meanwhile_may_end_the_work(embedded, monkeypatch, serial
         assert [row["key"] for row in engine.rows(WORK, {}, [task(2)])] == ["quick-2-rti"]
 
 
-def test_work_that_cannot_be_prepared(embedded):
-    with pytest.raises(CampaignError, match="cannot be prepared: ValueError: cannot be set up"):
-        list(embedded.rows(WORK, {"broken": True}, Tasks(5)))
+def test_work_that_cannot_be_loaded(embedded):
+    with pytest.raises(CampaignError, match="cannot be loaded: AttributeError: module 'fake_work'"):
+        list(embedded.rows("fake_work:nothing", {}, Tasks(5)))
+
+
+def test_files_that_have_changed_end_it_after_what_is_done():
+    tasks, begin = [task(0), task(1), task(2, "changed")], (rumo.__version__, "changed", WORK, {})
+    rows, _ = on_worker.carry_out_batch(*begin, tasks)
+    assert [row["draw"] for row in rows] == [0, 1]
+    with pytest.raises(CampaignError, match="got another file"):
+        on_worker.carry_out_batch(*begin, tasks[2:])
+    on_worker.end_campaign("changed")
+
+
+@pytest.mark.parametrize("serial", [True, False])
+def test_one_campaign_at_a_time(embedded, serial):
+    with SerialEngine() if serial else nullcontext(embedded) as engine:
+        older, newer = (engine.rows(WORK, {"name": name}, Tasks(40)) for name in ("older", "newer"))
+        next(older)
+        next(newer)
+        with pytest.raises(CampaignError, match="has begun another campaign"):
+            list(older)
+        assert len(list(newer)) == 39
 
 
 def test_tasks_that_cannot_be_made(embedded):

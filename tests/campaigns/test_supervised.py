@@ -120,20 +120,35 @@ def test_preparation_does_not_count():
 @pytest.mark.parametrize(
     ("work", "common", "reason"),
     [
-        ("fake_work:behave", {"broken": True}, "cannot be prepared: ValueError: cannot be set up"),
-        (
-            "fake_work:behave",
-            {"crashing": True},
-            "cannot be prepared: its process ended. its process ended with exit code 7",
-        ),
-        ("fake_work:nothing", {}, "cannot be prepared: AttributeError: module 'fake_work' has no attribute 'nothing'"),
-        ("no_such_module:behave", {}, "cannot be prepared: ModuleNotFoundError: No module named 'no_such_module'"),
+        ("fake_work:nothing", {}, "cannot be loaded: AttributeError: module 'fake_work' has no attribute 'nothing'"),
+        ("no_such_module:behave", {}, "cannot be loaded: ModuleNotFoundError: No module named 'no_such_module'"),
     ],
 )
-def test_work_that_cannot_be_prepared(work, common, reason):
+def test_work_that_cannot_be_loaded(work, common, reason):
     with Supervised(work, common) as process, pytest.raises(rumo.errors.CampaignError) as caught:
         process.run(task(1))
     assert reason in str(caught.value)
+
+
+@posix
+@pytest.mark.parametrize("how", ["broken", "crashing", "hanging"])
+def test_where_preparing_fails_runs_say_what_they_come_to(monkeypatch, how):
+    monkeypatch.setattr("rumo.campaigns.tasks.supervised.SLACK", 0.1)
+    begun = time.monotonic()
+    with Supervised("fake_work:behave", {how: True, "timeout": 0.4}) as process:
+        for number in range(2):
+            row = process.run(task(number))
+            assert (row["outcome"], row["attempts"]) == ("done", 1)
+            os.kill(process.pid, signal.SIGKILL)
+            time.sleep(0.05)
+    assert time.monotonic() - begun < 30.0
+
+
+def test_files_that_have_changed_are_no_outcome_of_a_run():
+    with Supervised("fake_work:behave", {}) as process:
+        with pytest.raises(rumo.errors.CampaignError, match="scenario: got another file, expected the file that it be"):
+            process.run(task(1, "changed"))
+        assert process.run(task(2))["outcome"] == "done"
 
 
 def test_a_run_that_is_no_more_wanted():

@@ -20,9 +20,13 @@ from rumo.studies.base import shared_controller
 PAPER = Recipe("paper", {"duration": 1.0, "backend": "portable"})
 AGAIN = """
 import json, sys
-from rumo.campaigns.work import run
+from rumo.campaigns.work import load, run
 common, task = json.loads(sys.stdin.read())
-sys.stdout.buffer.write(run(common, task)["log"])
+load()
+before = {name.partition(".")[0] for name in sys.modules}
+log = run(common, task)["log"]
+assert not {"pandas", "xarray", "h5netcdf", "h5py", "scipy"} - before, before
+sys.stdout.buffer.write(log)
 """
 
 
@@ -92,7 +96,7 @@ def test_another_process_makes_the_same_log_bit_for_bit(campaign, rows, tmp_path
 
 def test_logs_of_those_that_fail_are_kept():
     criteria = {"close": {"kpi": "tracking_error_rms_m", "at_most": 1.0}}
-    kept = {}
+    kept, unasked = {}, []
     for logs in ("failed", "all", "none"):
         campaign = Campaign(
             PAPER,
@@ -100,8 +104,13 @@ def test_logs_of_those_that_fail_are_kept():
             criteria=criteria,
             logs=logs,
         )
-        kept[logs] = ["log" in row for row in rows_of(campaign)]
+        rows = rows_of(campaign)
+        kept[logs] = ["log" in row for row in rows]
+        again = [run(campaign.common, {**task, "log": False}) for task in campaign.tasks]
+        assert [same(row) for row in again] == [same(row) for row in rows]
+        unasked += ["log" in row for row in again]
     assert kept == {"failed": [False, True], "all": [True, True], "none": [False, False]}
+    assert not any(unasked)
 
 
 def test_only_figures_that_are_wanted_are_there():
@@ -125,6 +134,7 @@ def test_a_run_that_raises_has_its_log_until_then(tmp_path):
         run(Campaign(broken).common, {"controller": "rti", "settings": {}})
     row = caught.value.row
     assert row["run.backend"] == "portable"
+    assert row["run.wall_time_s"] > 0.0
     assert opened(row["log"], tmp_path).attrs["complete"] == "no"
     assert "outcome" not in row
 

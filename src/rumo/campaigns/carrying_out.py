@@ -28,6 +28,7 @@ def carry_out(
     *,
     retry_failed: bool = False,
     every: int | None = None,
+    after: Standing | None = None,
 ) -> Standing:
     """Carry out those of a campaign's tasks of which the store has no rows, and store theirs as they come.
 
@@ -49,6 +50,8 @@ def carry_out(
         Whether runs that raised, crashed or took too long are made again.
     every : int, optional
         How many tasks the campaign has of which these are the first; these are all if not given.
+    after : Standing, optional
+        Of the first tasks, if these have just been carried out.
 
     Returns
     -------
@@ -65,11 +68,12 @@ def carry_out(
     stored, begun = store.keys(failed=not retry_failed), monotonic()
     every = len(tasks) if every is None else every
     before = min(len(stored), every)  # there may have been more tasks
-    standing = Standing(every, before, before, 0, 0.0)
+    # Those that failed among the first are there, unless they are made again.
+    standing = Standing(every, before, before, 0 if after is None or retry_failed else after.failed, 0.0)
     if tell is not None:
         tell(standing)
     try:
-        with closing(engine.rows(work, common, _Missing(tasks, stored), store.flush_in_time)) as rows:
+        with closing(engine.rows(work, common, _Missing(tasks, stored, store), store.flush_in_time)) as rows:
             for row in rows:
                 failed = standing.failed + (row["outcome"] != DONE)
                 standing = Standing(standing.every, standing.before, standing.done + 1, failed, monotonic() - begun)
@@ -88,16 +92,18 @@ def carry_out(
 
 
 class _Missing(Collection[Task]):
-    """Tasks of which there are no rows."""
+    """Tasks of which there are no rows; they bring no logs from when the store takes no more of these."""
 
-    def __init__(self, tasks: Collection[Task], stored: set[str]) -> None:
-        self._tasks, self._stored = tasks, stored
+    def __init__(self, tasks: Collection[Task], stored: set[str], store: Store) -> None:
+        self._tasks, self._stored, self._store = tasks, stored, store
 
     def __len__(self) -> int:
         return max(len(self._tasks) - len(self._stored), 0)
 
     def __iter__(self) -> Iterator[Task]:
-        return (task for task in self._tasks if task["key"] not in self._stored)
+        for task in self._tasks:
+            if task["key"] not in self._stored:
+                yield task if self._store.takes_logs else {**task, "log": False}
 
     def __contains__(self, task: object) -> bool:
         return any(other == task for other in self)

@@ -143,14 +143,14 @@ def conduct(
             tell(Beginning(**vars(standing)))
 
     first = pilots(wanted)
-    carry_out(WORK, wanted.common, first, engine, store, tell_first, every=every)
+    begun = carry_out(WORK, wanted.common, first, engine, store, tell_first, every=every)
     rows = store.records({task["key"] for task in first})
     require_known(wanted.criteria.values(), rows)
     if not yes:
         there = store.keys(failed=not retry_failed)
         require_short(wanted, rows, max(every - len(there), 0), engine.workers)
     store.describe()
-    carry_out(WORK, wanted.common, wanted.tasks, engine, store, tell, retry_failed=retry_failed)
+    carry_out(WORK, wanted.common, wanted.tasks, engine, store, tell, retry_failed=retry_failed, after=begun)
     keep_worst(wanted, engine, store)
 
 

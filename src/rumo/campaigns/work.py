@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import version
 from inspect import signature
@@ -14,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from rumo.campaigns.judging.columns import KPI, RUN, STATUS
 from rumo.campaigns.judging.criteria import Criterion
+from rumo.campaigns.tasks.limits import unlimited
+from rumo.campaigns.tasks.task import ChangedError
 from rumo.controllers import Controller
-from rumo.errors import ArgumentError
 from rumo.scenarios import Recipe
 from rumo.scenarios.contents import digest, is_file
 from rumo.scenarios.differences import CONTENT, differences
@@ -43,12 +45,22 @@ FAILED, ALL, NONE = LOGS = ("failed", "all", "none")
 """Of which runs the log is kept at once: those that fail a criterion, all, or none."""
 
 
+def load() -> None:
+    """Import what logs and figures of merit need, which is outside of all runs' time then: by a log of one sample."""
+    import xarray as xr
+
+    log = xr.Dataset({"signal": ("time", [0.0, 1.0])}, {"time": [0.0, 1.0]}).sel(time=[0.0])
+    with TemporaryDirectory() as folder, suppress(OSError):  # without room for it, runs that keep none go on
+        log.to_netcdf(Path(folder) / "log.nc", engine="h5netcdf")
+
+
 def prepare(common: Mapping[str, Any]) -> None:
-    """Do once what all runs share: kernels are compiled, packages imported."""
+    """Do once what all runs share: kernels are compiled, however long that takes."""
     for name in common.get("controllers", ()):
         scenario = scenario_of(task_run(common, {"controller": name, "settings": common.get("first", {})}))
         if scenario is not None:
-            shared_controller(scenario)
+            with unlimited():
+                shared_controller(scenario)
 
 
 def run(common: Mapping[str, Any], task: Mapping[str, Any]) -> dict[str, Any]:
@@ -60,7 +72,8 @@ def run(common: Mapping[str, Any], task: Mapping[str, Any]) -> dict[str, Any]:
         `recipe`; `first`, settings to prepare for, and `controllers`; `kpis`, names in `rumo.studies.kpis.KPIS`;
         `criteria` as plain data, by name; `logs`, one of `LOGS`.
     task : mapping
-        `controller`, and `settings` on top of the recipe's; `log`, whether the log is to be kept whatever it shows.
+        `controller`, and `settings` on top of the recipe's; `log`, whether the log is to be kept, whatever it shows.
+        Without that, `logs` and the criteria say whether it is.
 
     Returns
     -------
@@ -70,10 +83,13 @@ def run(common: Mapping[str, Any], task: Mapping[str, Any]) -> dict[str, Any]:
 
     Raises
     ------
+    ChangedError
+        If a file that decides it is not what it was when the campaign began.
     Exception
         Whatever the run raises, with an attribute `row`: what is known of it nevertheless, the log until then.
     """
     begun, clock = datetime.now(UTC), perf_counter()
+    asked = task.get("log")
     made = task_run(common, task)
     scenario = scenario_of(made)
     controller = None if scenario is None else shared_controller(scenario)
@@ -84,13 +100,14 @@ def run(common: Mapping[str, Any], task: Mapping[str, Any]) -> dict[str, Any]:
         row |= figures(made, log, common["kpis"])
     except Exception as error:
         log = getattr(error, "log", log)
-        known = {"log": _bytes(log)} if log is not None and common.get("logs") != NONE else {}
-        vars(error)["row"] = known | _machine(controller)
+        known = _machine(controller) | _times(begun, clock)
+        wanted = common.get("logs") != NONE if asked is None else asked
+        vars(error)["row"] = known | ({"log": _bytes(log)} if log is not None and wanted else {})
         raise
-    if task.get("log") or _wanted(common, row):
+    row |= _machine(controller) | _times(begun, clock)
+    if _wanted(common, row) if asked is None else asked:
         row["log"] = _bytes(log)
-    times = {f"{RUN}started": begun.isoformat(timespec="seconds"), f"{RUN}wall_time_s": perf_counter() - clock}
-    return row | _machine(controller) | times
+    return row
 
 
 def task_run(common: Mapping[str, Any], task: Mapping[str, Any]) -> Any:
@@ -98,7 +115,7 @@ def task_run(common: Mapping[str, Any], task: Mapping[str, Any]) -> Any:
 
     Raises
     ------
-    ArgumentError
+    ChangedError
         If a file that decides it is not what it was when the campaign began: its key says what it was.
     """
     recipe = Recipe.of(common["recipe"])
@@ -114,9 +131,8 @@ def _require_same(common: Mapping[str, Any], task: Mapping[str, Any], recipe: Re
     if now != then:
         got = f"{recipe.base}, of which a file has changed since the campaign began, or is another one here"
         expected = "the files that it began with"
-        raise ArgumentError(
-            "scenario", f"{got} ({differences(then, now)})", expected, "Start it again, in another folder."
-        )
+        cure = "With these again, start it again to go on; else start it in another folder."
+        raise ChangedError("scenario", f"{got} ({differences(then, now)})", expected, cure)
 
 
 def scenario_of(run: Any) -> Scenario | None:
@@ -153,6 +169,11 @@ def _wanted(common: Mapping[str, Any], row: Mapping[str, Any]) -> bool:
     logs = common.get("logs", FAILED)
     criteria = [Criterion.of(name, table) for name, table in common.get("criteria", {}).items()]
     return logs == ALL or (logs == FAILED and any(criterion.why(row) for criterion in criteria))
+
+
+def _times(begun: datetime, clock: float) -> dict[str, Any]:
+    """When a run began and what it has taken until now: the bytes of its log are not among that."""
+    return {f"{RUN}started": begun.isoformat(timespec="seconds"), f"{RUN}wall_time_s": perf_counter() - clock}
 
 
 def _bytes(log: xr.Dataset) -> bytes:

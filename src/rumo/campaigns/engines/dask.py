@@ -19,6 +19,7 @@ from rumo.campaigns.engines.batches import Batches
 from rumo.campaigns.engines.on_worker import carry_out_batch, end_campaign
 from rumo.campaigns.tasks.process import HEARTBEAT
 from rumo.campaigns.tasks.rows import CRASHED, Attempt, complete_row
+from rumo.campaigns.tasks.supervised import SUPERSEDED
 from rumo.campaigns.tasks.task import Row, Task
 from rumo.checks import whole_number
 from rumo.errors import ArgumentError, CampaignError
@@ -104,6 +105,7 @@ class DaskEngine:
         if not self._campaign or self._common != (work, dict(common)):
             self._end_campaign()
             self._campaign, self._common = token_hex(8), (work, dict(common))
+        campaign = self._campaign
         batches, window = Batches(tasks), _Window(self._client, (__version__, self._campaign, work, dict(common)))
         try:
             while True:
@@ -111,6 +113,8 @@ class DaskEngine:
                     window.send(batch)
                 if not window:
                     return
+                if self._campaign != campaign:
+                    raise CampaignError(SUPERSEDED)
                 rows, seconds, left = self._come_back(window, meanwhile)
                 if seconds:
                     batches.learn(len(rows), seconds)
@@ -119,7 +123,8 @@ class DaskEngine:
         finally:
             if window:  # runs are under way of which nobody will take the rows
                 window.cancel()
-                self._end_campaign()
+                if self._campaign == campaign:
+                    self._end_campaign()
 
     def close(self) -> None:
         """Leave the cluster; the one within this process ends."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from threading import Lock, Thread
 from time import monotonic, sleep
 from typing import Any
@@ -135,10 +135,15 @@ def carry_out_batch(
                 if rows and monotonic() - begun > LONGEST:
                     raise _OverdueError
 
-            with suppress(_OverdueError):
+            try:
                 for task in tasks:
                     require_time()
                     rows.append(process.run(task, require_time))
+            except _OverdueError:
+                pass
+            except CampaignError:
+                if not rows:  # else they come first, and the run that says so is the first of a batch soon
+                    raise
             return rows, monotonic() - begun
     except ClosedError:
         return [], 0.0  # nobody waits for it any more

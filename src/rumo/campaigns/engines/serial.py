@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterable, Mapping
 from typing import Any
 
-from rumo.campaigns.tasks.supervised import Supervised
+from rumo.campaigns.tasks.supervised import SUPERSEDED, ClosedError, Supervised
 from rumo.campaigns.tasks.task import Row, Task
+from rumo.errors import CampaignError
 
 
 class SerialEngine:
@@ -36,8 +37,12 @@ class SerialEngine:
         if self._process is None or self._common != (work, dict(common)):
             self.close()
             self._process, self._common = Supervised(work, common), (work, dict(common))
-        for task in tasks:
-            yield self._process.run(task, meanwhile)
+        process = self._process
+        try:
+            for task in tasks:
+                yield process.run(task, meanwhile)
+        except ClosedError:
+            raise CampaignError(SUPERSEDED) from None
 
     def close(self) -> None:
         """End the process."""

@@ -128,6 +128,11 @@ class Store:
         """Those of the rows that are stored which have one of some keys."""
         return read_records(parts_in(self._rows), keys)
 
+    @property
+    def takes_logs(self) -> bool:
+        """Whether `add` would keep the log of a further run."""
+        return self._logs < MOST_LOGS
+
     def add(self, row: Row) -> None:
         """Keep a row, in a file after a while; its `log` in one of its own at once, if there are few of these.
 
@@ -140,7 +145,7 @@ class Store:
         if not self._buffer:
             self._since = monotonic()
         self._buffer.append({name: value for name, value in row.items() if name != "log"})
-        if log is not None and self._logs < MOST_LOGS:
+        if log is not None and self.takes_logs:
             self.keep_log(row["key"], log)
             self._logs += 1
         if len(self._buffer) >= PART:

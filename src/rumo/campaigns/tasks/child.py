@@ -20,16 +20,15 @@ from threading import Thread
 from typing import IO, Any
 
 from rumo.campaigns.tasks.frames import receive, send
+from rumo.campaigns.tasks.limits import limited
 from rumo.campaigns.tasks.rows import plain
-from rumo.campaigns.tasks.task import Task
+from rumo.campaigns.tasks.task import ChangedError, Task
 
 LINES = 12
 """Of a traceback that are kept, the last ones."""
 LONGEST = 2000
 """Characters of an error that are kept."""
 
-FOREVER = 1e8
-"""A time that nobody waits for [s]; the longest that timers take is not much longer."""
 
 Work = Callable[[Mapping[str, Any], Task], Mapping[str, Any]]
 
@@ -44,13 +43,15 @@ def main(lifeline: int | None = None) -> None:
     _offer_to_be_killed_first()
     queue = SimpleQueue[Any]()
     Thread(target=_read, args=(requests, queue), daemon=True).start()
-    path, name, common = queue.get()
+    path, name, common, preparation = queue.get()
     sys.path[:] = path
     try:
-        work = _prepared(name, common)
+        work = _loaded(name)
     except BaseException as error:
         send(answers, ("failed", _in_words(error)))
         return
+    if preparation is not None:
+        _prepare(name, common, preparation)
     send(answers, ("ready",))
     while True:
         send(answers, _answer(work, common, queue.get()))
@@ -96,30 +97,37 @@ def _offer_to_be_killed_first() -> None:
         Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")
 
 
-def _prepared(name: str, common: Mapping[str, Any]) -> Work:
+def _loaded(name: str) -> Work:
     module_name, _, function = name.partition(":")
     module = import_module(module_name)
     work: Work = getattr(module, function)
-    if hasattr(module, "prepare"):
-        module.prepare(common)
+    if hasattr(module, "load"):
+        module.load()
     return work
 
 
+def _prepare(name: str, common: Mapping[str, Any], seconds: float) -> None:
+    """Do what all runs share, if it can be done: each run without it says itself what is wrong."""
+    module = import_module(name.partition(":")[0])
+    if hasattr(module, "prepare"):
+        with suppress(BaseException), limited(seconds):
+            module.prepare(common)
+
+
 def _answer(work: Work, common: Mapping[str, Any], task: Task) -> tuple[Any, ...]:
-    """("row", columns) or ("raised", in words, columns)."""
-    timeout = common.get("timeout")
-    if timeout is not None and timeout < FOREVER:
-        # A thread of C, which needs no turn of Python's: it says where the run was, then ends this process.
-        faulthandler.dump_traceback_later(timeout, exit=True)
+    """("row", columns), ("raised", in words, columns), or ("changed", in words)."""
     try:
-        return "row", _plain(work(common, task))
-    except BaseException as error:
-        found = getattr(error, "row", None)
-        with suppress(Exception):
-            return "raised", _in_words(error), _plain(found or {})
-        return "raised", _in_words(error), {}
+        with limited(common.get("timeout")):
+            try:
+                return "row", _plain(work(common, task))
+            except ChangedError as error:
+                return "changed", str(error)
+            except BaseException as error:
+                found = getattr(error, "row", None)
+                with suppress(Exception):
+                    return "raised", _in_words(error), _plain(found or {})
+                return "raised", _in_words(error), {}
     finally:
-        faulthandler.cancel_dump_traceback_later()
         for stream in (sys.stdout, sys.stderr):
             with suppress(Exception):
                 stream.flush()

@@ -19,8 +19,12 @@ ATTEMPTS = 2
 """How often a run is made that its process does not outlive."""
 GRACE = 2.0
 """How long after its deadline [s] a process, which ends itself then and says where it was, is ended from outside."""
+SLACK = 20.0
+"""What preparing may take beyond the time of a run [s], but for compiling: modules are imported for the first time."""
 PATIENCE = 900.0
-"""How long a process may take until it is ready for its first run [s]: it may compile."""
+"""How long a process may take until it is ready for its first run [s]: it may compile, and limits itself otherwise."""
+
+SUPERSEDED = "no more runs are carried out: their engine was closed, or has begun another campaign."
 
 
 class ClosedError(Exception):
@@ -48,6 +52,7 @@ class Supervised:
         self._timeout = float("inf") if timeout is None else float(timeout)
         self._process: Process | None = None
         self._closed, self._lock = False, Lock()
+        self._unprepared = 0
 
     def __enter__(self) -> Supervised:
         return self
@@ -73,7 +78,7 @@ class Supervised:
         Raises
         ------
         CampaignError
-            If the work cannot be prepared.
+            If the work cannot be loaded, or what it is made from has changed.
         ClosedError
             If another thread has called `close`.
         """
@@ -93,6 +98,8 @@ class Supervised:
                 self._give_up()
                 raise
             else:
+                if kind == "changed":
+                    raise CampaignError(content[0])
                 seconds, overdue = monotonic() - begun, False
                 outcome, error, found = (DONE, None, content[0]) if kind == "row" else (RAISED, *content)
             if outcome != CRASHED or number == ATTEMPTS:
@@ -121,21 +128,27 @@ class Supervised:
             self._discard()
 
     def _ready(self, meanwhile: Callable[[], object] | None) -> Process:
-        """The process, prepared; another one if it has ended meanwhile."""
+        """The process, prepared if it can be; another one if it has ended meanwhile."""
         if self._process is not None and self._process.alive:
             return self._process
-        for number in range(1, ATTEMPTS + 1):
+        prepared = [self._timeout + SLACK] * (self._unprepared < ATTEMPTS)
+        limits = [*prepared, *[None] * ATTEMPTS]
+        for number, limit in enumerate(limits, 1):
             self._discard()
+            begun = monotonic()
             with self._lock:
                 if self._closed:
                     raise ClosedError
                 process = self._process = Process()
             try:
-                said, *why = process.ask((sys.path, self._work, self._common), PATIENCE, meanwhile)
+                said, *why = process.ask((sys.path, self._work, self._common, limit), PATIENCE, meanwhile)
             except (LateError, DiedError) as end:
-                if number == ATTEMPTS:
+                if limit is not None:  # what hangs would do so again; what has ended it may have come from outside
+                    hung = isinstance(end, LateError) or monotonic() - begun >= self._timeout
+                    self._unprepared += ATTEMPTS if hung else 1
+                if number == len(limits):
                     self._discard()
-                    raise CampaignError(f"{self._work} cannot be prepared: its process ended. {end}".rstrip()) from None
+                    raise CampaignError(f"{self._work} cannot be loaded: its process ended. {end}".rstrip()) from None
                 continue
             except BaseException:
                 self._give_up()
@@ -143,5 +156,5 @@ class Supervised:
             if said == "ready":
                 return process
             self._discard()
-            raise CampaignError(f"{self._work} cannot be prepared: {why[0]}")
+            raise CampaignError(f"{self._work} cannot be loaded: {why[0]}")
         raise AssertionError("unreachable")

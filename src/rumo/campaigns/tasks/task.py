@@ -6,6 +6,8 @@ import json
 from collections.abc import Callable, Generator, Iterable, Mapping
 from typing import Any, NotRequired, Protocol, TypedDict
 
+from rumo.errors import ArgumentError
+
 Plain = bool | int | float | str | list[Any] | dict[str, Any] | None
 """What a setting may be: data that JSON keeps."""
 
@@ -13,11 +15,15 @@ Row = dict[str, Any]
 """What came of a task, flat: column to None, bool, int, float or str; `log` to bytes of a NetCDF file."""
 
 
+class ChangedError(ArgumentError):
+    """What runs are made from is not what it was when the campaign began: those that remain cannot be made."""
+
+
 class Task(TypedDict):
     """One run: `key` is the hash of all that it depends on; tasks of one `draw` differ by `controller` alone.
 
-    `log` says that the row shall bring the run's log, whatever came of it; `files`, the SHA-256 of files that its
-    settings name.
+    `log` says that the row shall bring the run's log, or that it shall not, whatever came of it; `files`, the SHA-256
+    of files that its settings name.
     """
 
     key: str
@@ -62,8 +68,9 @@ class Engine(Protocol):
         ----------
         work : str
             "package.module:function", called as `function(common, task)` in a process of its own; it returns the row's
-            columns besides those that the task decides. If the module has a function `prepare(common)`, that is called
-            once before.
+            columns besides those that the task decides. If the module has functions `load()` and `prepare(common)`,
+            each new process calls them before its first run, outside of whose time this is. `load` has to succeed;
+            where `prepare` raises, crashes or hangs, runs are made without it, and say themselves what is wrong.
         common : mapping
             What all tasks have in common, plain data. `timeout` [s], if it is there, is the time that a run may take.
         tasks : iterable
@@ -80,7 +87,8 @@ class Engine(Protocol):
         Raises
         ------
         CampaignError
-            If nothing can be carried out, or no more.
+            If nothing can be carried out, or no more: also where `function` raises `ChangedError`, or another campaign
+            has begun meanwhile.
         """
         ...
 
