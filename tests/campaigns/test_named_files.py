@@ -10,6 +10,7 @@ from rumo.campaigns.rerun import rerun
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.specification.reading import varied_in
 from rumo.campaigns.store import Store
+from rumo.campaigns.tasks.task import ChangedError
 from rumo.campaigns.tuning.reading import tuning_of
 from rumo.campaigns.work import run, task_run
 from rumo.scenarios import Recipe
@@ -93,13 +94,18 @@ def test_a_file_that_changes_while_the_campaign_goes_on_is_named(file):
     assert run(campaign.common, task)["outcome"] == "done"
     (file.parent / "full.txt").write_text("240")
     assert campaign.task(2, "rti") == task
-    with pytest.raises(rumo.ArgumentError, match=r"a file has changed .*full\.txt has other content"):
+    with pytest.raises(ChangedError, match=r"a file has changed .*full\.txt has other content"):
         task_run(campaign.common, task)
     (file.parent / "full.txt").unlink()
     with pytest.raises(rumo.ArgumentError, match=r"a file has changed .*full\.txt was file \w{8}, is nothing"):
         task_run(campaign.common, task)
     (file.parent / "own.py").write_text(OWN.replace("200.0", "210.0"))
     with pytest.raises(rumo.ArgumentError, match=r"a file has changed .*\(base has other content\)"):
+        task_run(campaign.common, next(iter(campaign.tasks)))
+    (file.parent / "own.py").write_text("def make(")
+    with pytest.raises(
+        ChangedError, match=r"raises SyntaxError: .* not so where the campaign began, .* start it again"
+    ):
         task_run(campaign.common, next(iter(campaign.tasks)))
 
 

@@ -18,6 +18,7 @@ from rumo.campaigns.judging.criteria import Criterion
 from rumo.campaigns.tasks.limits import unlimited
 from rumo.campaigns.tasks.task import ChangedError
 from rumo.controllers import Controller
+from rumo.errors import ArgumentError
 from rumo.scenarios import Recipe
 from rumo.scenarios.contents import digest, is_file
 from rumo.scenarios.differences import CONTENT, differences
@@ -43,6 +44,9 @@ PACKAGES = ("casadi", "numpy", "scipy")
 COUNTS = "status_counts"
 FAILED, ALL, NONE = LOGS = ("failed", "all", "none")
 """Of which runs the log is kept at once: those that fail a criterion, all, or none."""
+
+CHANGED = "With the files that it began with, start it again to go on; else start it in another folder."
+"""The cure where they are others."""
 
 
 def load() -> None:
@@ -118,7 +122,11 @@ def task_run(common: Mapping[str, Any], task: Mapping[str, Any]) -> Any:
     ChangedError
         If a file that decides it is not what it was when the campaign began: its key says what it was.
     """
-    recipe = Recipe.of(common["recipe"])
+    try:
+        recipe = Recipe.of(common["recipe"])
+    except ArgumentError as error:
+        got = f"{error.got}, which was not so where the campaign began"
+        raise ChangedError(error.argument, got, error.expected, CHANGED) from error
     _require_same(common, task, recipe)
     return recipe.with_settings({**task["settings"], CONTROLLER: task["controller"]}).run()
 
@@ -131,8 +139,7 @@ def _require_same(common: Mapping[str, Any], task: Mapping[str, Any], recipe: Re
     if now != then:
         got = f"{recipe.base}, of which a file has changed since the campaign began, or is another one here"
         expected = "the files that it began with"
-        cure = "With these again, start it again to go on; else start it in another folder."
-        raise ChangedError("scenario", f"{got} ({differences(then, now)})", expected, cure)
+        raise ChangedError("scenario", f"{got} ({differences(then, now)})", expected, CHANGED)
 
 
 def scenario_of(run: Any) -> Scenario | None:

@@ -105,8 +105,8 @@ class DaskEngine:
         if not self._campaign or self._common != (work, dict(common)):
             self._end_campaign()
             self._campaign, self._common = token_hex(8), (work, dict(common))
-        campaign = self._campaign
-        batches, window = Batches(tasks), _Window(self._client, (__version__, self._campaign, work, dict(common)))
+        campaign, batches = self._campaign, Batches(tasks)
+        window = _Window(self._client, (__version__, self._campaign, work, dict(common)))
         try:
             while True:
                 while len(window) < WINDOW * self.workers and (batch := batches.take(self.workers)):
@@ -297,6 +297,4 @@ def _be_quiet() -> None:
 
 def _cores() -> int:
     """That this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
