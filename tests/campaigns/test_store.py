@@ -105,7 +105,14 @@ COLUMNS = {"kpi.x": NUMBERS, "setting.x": NUMBERS | st.text(max_size=3)}
 @given(st.data(), st.sampled_from(list(COLUMNS)))
 def test_kinds_do_not_depend_on_parts(data, column):
     values = data.draw(st.lists(COLUMNS[column], min_size=1))
-    cut = data.draw(st.integers(0, len(values)))
+    require_same_in_parts(values, data.draw(st.integers(0, len(values))), column)
+
+
+def test_kinds_of_whole_numbers_that_are_no_floats():
+    require_same_in_parts([2**53 + 1, 0.0, False], 2, "setting.x")
+
+
+def require_same_in_parts(values, cut, column):
     whole = common_kind(kind_of(value, column) for value in values)
     kinds = [common_kind(kind_of(value, column) for value in part) for part in (values[:cut], values[cut:])]
     assert common_kind(kinds) == whole

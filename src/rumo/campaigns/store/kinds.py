@@ -63,6 +63,8 @@ def in_order(columns: Iterable[str]) -> list[str]:
 
 
 def _text(value: Any) -> str:
-    if isinstance(value, float) and value.is_integer() and abs(value) <= EXACT:
+    if isinstance(value, int) and EXACT <= abs(value) and -LARGEST <= value < LARGEST:
+        value = float(value)  # as which another part may have had it
+    if isinstance(value, float) and value.is_integer() and abs(value) < EXACT:
         value = int(value)
     return str(value)
