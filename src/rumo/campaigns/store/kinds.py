@@ -63,7 +63,7 @@ def in_order(columns: Iterable[str]) -> list[str]:
 
 
 def _text(value: Any) -> str:
-    if isinstance(value, int) and EXACT <= abs(value) and -LARGEST <= value < LARGEST:
+    if isinstance(value, int) and abs(value) >= EXACT and -LARGEST <= value < LARGEST:
         value = float(value)  # as which another part may have had it
     if isinstance(value, float) and value.is_integer() and abs(value) < EXACT:
         value = int(value)
