@@ -139,6 +139,49 @@ def test_an_input_makes_a_mode_grow():
     assert x[0] == pytest.approx(1e-12 * np.exp(8.8), rel=1e-5)
 
 
+@pytest.mark.parametrize(("step", "samples"), [(5.0, 1), (0.5, 10), (0.05, 100)])
+@pytest.mark.parametrize("offset", [0.0, 100.0, 1000.0])
+def test_growth_that_depends_on_a_state_is_seen_however_large_that_is(offset, step, samples):
+    """By a clock that begins at `offset`."""
+    model = rumo.Model(
+        {"clock": "1", "x": "1"},
+        {"u": "1"},
+        lambda x, u, p: {"clock": 1.0 + 0.0 * u.u, "x": (x.clock - offset) * x.x},
+        name="clocked",
+    )
+    end = grown(model, np.array([offset, 1e-9]), step, samples)
+    np.testing.assert_allclose(end, [offset + 5.0, 1e-9 * np.exp(12.5)], rtol=1e-3)
+
+
+@pytest.mark.parametrize("n", [32, 33, 100])
+def test_an_input_makes_one_of_many_in_a_loop_grow(n):
+    names = [f"x{i}" for i in range(n)]
+    ring = 1e-3 * (np.roll(np.eye(n), 1, axis=1) - np.roll(np.eye(n), -1, axis=1)) - np.diag(np.arange(n) > 0).astype(
+        float
+    )
+    model = rumo.Model(
+        dict.fromkeys(names, "1"),
+        {"u": "1"},
+        lambda x, u, p: {
+            name: sum(float(a) * x[names[j]] for j, a in enumerate(row) if a) + (u.u * x.x0 if name == "x0" else 0.0)
+            for name, row in zip(names, ring, strict=True)
+        },
+        name="ring",
+    )
+    plant, x, exact = Plant(model, 1.0, method="radau5"), np.full(n, 1e-12), np.full(n, 1e-12)
+    for u in (-0.2, -0.2, 5.0, 4.0):
+        x = plant.advance(x, np.array([u]), NONE)
+        exact = expm(ring + u * np.diag(np.arange(n) == 0)) @ exact
+    np.testing.assert_allclose(x, exact, rtol=0.0, atol=5e-6 * exact.max())
+
+
+def test_a_mode_too_fast_to_be_followed_is_named_and_left_to_sundials():
+    model, x = linear(block_diag(turning(1.0, 6e4), -1.0)), np.array([0.0, 0.0, 1.0])
+    with pytest.raises(rumo.PlantError, match=r"too many steps.* grows at 1 1/s and turns at 6e\+04 rad/s.*sundials"):
+        Plant(model, 0.5, method="radau5").advance(x, np.zeros(1), NONE)
+    np.testing.assert_allclose(Plant(model, 0.5).advance(x, np.zeros(1), NONE), [0.0, 0.0, np.exp(-0.5)], atol=1e-7)
+
+
 @pytest.mark.parametrize("model", [UPRIGHT, CONSTRAINED, linear(SYSTEMS["pairs beside fast ones"])], ids=str)
 def test_nothing_stays_nothing(model):
     end = grown(model, np.zeros(len(model.states)), 1.0, 20)

@@ -18,9 +18,12 @@
 #define SAFETY 0.9
 #define GROWTH 8.0
 #define SHRINKAGE 0.2
-/* Variables that moved by more than this, over their sizes and scales, may have made a mode grow that did not; and by how much a
- * step may then have been too long. */
+/* Variables that moved by more than this, over their sizes and scales, may have made a mode grow that did not; so may steps that
+ * errors did not limit, with less than this of what is allowed, one that is most of a sample, and many of others; and by how much
+ * a step may then have been too long. */
 #define MOVED_FAR 0.1
+#define EASY 1e-4
+#define MANY_STEPS 12
 #define TOO_LONG 2.0
 
 static void set_weights(rumo_integrator *q) {
@@ -87,15 +90,17 @@ static void refuse(rumo_integrator *q, trial *t) {
     q->has_jacobian = q->fresh;
 }
 
-/* Whether a step leads to where modes grow that it cannot have followed. Leaves the Jacobian of its end where that is far from
- * the one that there was. */
-static int overlooks_growth(rumo_integrator *q, trial *t) {
+/* Whether a step leads to where modes grow that it cannot have followed. Leaves the Jacobian of its end where that may be far
+ * from the one that there was. */
+static int overlooks_growth(rumo_integrator *q, trial *t, double duration) {
     double *const end = q->error, far = 0.0;
     for (int i = 0; i < q->n; ++i) {
         end[i] = q->y[i] + q->Z[2 * q->ld + i];
         far = larger(far, fabs(end[i] - q->looked[i]) * q->relative / (q->absolute[i] + q->relative * fabs(q->looked[i])));
     }
-    t->renewed = q->varies && q->loops >= 0 && far > MOVED_FAR;
+    const int unlooked = ++q->unlooked, easy = t->error < EASY || 2.0 * t->h >= duration;
+    const int due = far > MOVED_FAR || unlooked > MANY_STEPS || (easy && unlooked * LOOK_AT >= q->loops * q->loops);
+    t->renewed = (q->depends & ON_VARIABLES) && q->loops >= 0 && due;
     return t->renewed && jacobian_at(q, end) && t->h > TOO_LONG * longest_growing_step(q, t->h / TOO_LONG);
 }
 
@@ -137,7 +142,7 @@ static rumo_ending integrate(rumo_integrator *q, double duration, int jumped) {
             refuse(q, &t);
             continue;
         }
-        if (!fixed && overlooks_growth(q, &t)) {
+        if (!fixed && overlooks_growth(q, &t, duration)) {
             ++q->work.rejected;
             t.refused = 1;
             q->step = q->longest;
@@ -157,17 +162,21 @@ static rumo_ending advance_integrator(rumo_integrator *q, const double *x, const
     const rumo_sizes *const s = &q->system.sizes;
     if (!all_finite(x, q->nx) || !all_finite(u, s->inputs) || !all_finite(p, s->parameters)) return RUMO_NO_VALUE;
     if (!(duration > 0.0 && duration < INFINITY)) return RUMO_NO_VALUE;
-    int jumped = hold(u, s->inputs, q->u, q->u_lanes);
-    jumped = hold(p, s->parameters, q->p, q->p_lanes) || jumped;
+    int jumped = hold(u, s->inputs, q->u, q->u_lanes) ? ON_INPUTS : 0;
+    jumped |= hold(p, s->parameters, q->p, q->p_lanes) ? ON_PARAMETERS : 0;
+    const int steered = jumped & q->depends;
     if (!q->moving || memcmp(q->y, x, (size_t)q->nx * sizeof *x) != 0) {
         q->moving = q->predicts = q->has_jacobian = 0;
         forget_modes(q);
         q->factored = q->step = q->last = q->beginning = 0.0;
         q->quality = 1.0;
-        jumped = 1;
+        jumped |= ON_VARIABLES;
         copy(q->y, x, q->nx);
     }
-    if (jumped && q->varies && q->loops >= 0 && q->loops * q->loops <= LOOK_AT) q->has_jacobian = 0;
+    q->jumped = q->jumped || steered;
+    if (steered && q->loops >= 0) q->has_jacobian = 0;
+    if (jumped && (q->depends & ON_VARIABLES) && q->loops >= 0 && q->loops * q->loops <= LOOK_AT) q->has_jacobian = 0;
+    q->fresh = q->fresh && !steered;
     if (jumped) q->predicts = 0; /* rates jump: what they were says no more of the stages than nothing does */
     copy(q->start, q->y, q->n);
     set_weights(q);
@@ -177,7 +186,7 @@ static rumo_ending advance_integrator(rumo_integrator *q, const double *x, const
     if (ending == RUMO_ARRIVED) {
         if (q->step == 0.0) q->step = first_step(q, duration);
         else if (jumped && q->beginning > 0.0) q->step = smaller(q->beginning, q->step);
-        ending = integrate(q, duration, jumped);
+        ending = integrate(q, duration, jumped != 0);
     }
     q->moving = ending == RUMO_ARRIVED;
     if (q->moving) copy(end, q->y, q->nx);

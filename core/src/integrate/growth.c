@@ -1,4 +1,4 @@
-/* The longest step in which modes that grow are followed.
+/* The longest step in which exponential modes that grow are followed.
  *
  * An L-stable method damps what is fast, and what grows fast as well: where l h is large, a mode e^(l t) falls whatever the sign
  * of l. The estimate of errors tells as soon as that is of a size that matters; a state that lies nearer to an unstable
@@ -178,7 +178,7 @@ static double longest_for_loops(rumo_integrator *q, double step) {
         q->exact = shift < rounding;
         return q->exact ? INFINITY : enough;
     }
-    if (!find_eigenvalues(a, m, re, im)) return longest;
+    if (!find_eigenvalues(a, m, re, im)) return q->phase / whole; /* none is larger than the norm */
     for (int i = 0; i < m; ++i) longest = smaller(longest, longest_for(q, re[i], im[i], rounding));
     return longest;
 }

@@ -12,6 +12,22 @@
 /* More variables than this are not solved for by dense matrices. */
 #define MOST_DENSE 1000
 
+/* On what the Jacobian depends: ON_VARIABLES, ON_INPUTS, ON_PARAMETERS. */
+static int find_dependence(const rumo_integrator *q) {
+    const int of_arguments[ARGUMENTS] = {ON_VARIABLES, ON_VARIABLES, ON_INPUTS, ON_PARAMETERS, ON_VARIABLES};
+    const rumo_tape *const tape = &q->system.jacobian;
+    double *const of = q->registers;
+    int all = 0;
+    for (int i = 0; i < tape->length; ++i) {
+        const int *const code = tape->code + 4 * (ptrdiff_t)i;
+        if (code[0] == RUMO_CONSTANT) of[code[1]] = 0;
+        else if (code[0] == RUMO_INPUT) of[code[1]] = of_arguments[code[2]];
+        else if (code[0] == RUMO_OUTPUT) all |= code[1] >= q->system.J.first ? (int)of[code[2]] : 0;
+        else of[code[1]] = (int)of[code[2]] | (takes_two(code[0]) ? (int)of[code[3]] : 0);
+    }
+    return all;
+}
+
 static void lay_out_integrator(arena *a, rumo_integrator *q, const rumo_system *given) {
     const rumo_sizes *s = &given->sizes;
     const rumo_factor *f = &given->factor;
@@ -62,6 +78,7 @@ static void reset_integrator(rumo_integrator *q) {
     q->moving = q->predicts = q->has_jacobian = q->fresh = 0;
     q->factored = q->step = q->last = q->beginning = q->contraction = 0.0;
     q->before = q->quality = 1.0;
+    q->unlooked = q->jumped = 0;
     forget_modes(q);
     copy(q->y + q->nx, q->system.algebraic_guess, q->nz);
 }
@@ -84,7 +101,7 @@ RARE static rumo_integrator *create_integrator(const rumo_system *system, void *
         const int entry = inside[3 * e] - s->J.first;
         q->diagonal[e] = s->J.row[entry] == s->J.column[entry] && s->J.row[entry] < q->nx;
     }
-    for (int e = 0; e < s->J.count; ++e) q->varies = q->varies || isnan(s->fixed[s->J.first + e]);
+    q->depends = find_dependence(q);
     q->phase = smaller(pow(tolerance / ERROR_OF_GROWTH, 1.0 / 6.0), 1.0);
     q->longest = q->exact = 0;
     q->seen = 0;

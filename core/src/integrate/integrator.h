@@ -10,6 +10,8 @@
 #include "integrate/radau.h"
 #include "stages/sparse_factor.c"
 
+enum { ON_VARIABLES = 1, ON_INPUTS = 2, ON_PARAMETERS = 4 };
+
 /* Vectors of variables (x, z) are padded to ld; three of them, of stages or of T^-1 times them, lie one after the other. */
 struct rumo_integrator {
     rumo_system system;
@@ -33,7 +35,7 @@ struct rumo_integrator {
     int *diagonal;              /* (inner nonzeros,): whether it is on that of a state */
     double *entries, *local;    /* (entries, 3), (n, 3) */
 
-    int varies;                 /* whether the Jacobian does */
+    int depends;                /* on what the Jacobian does, see below */
     int loops, *loop, *place;   /* see integrate/growth.c; (n,), (nonzeros,) */
     double phase;               /* by which growing modes may turn or grow in a step [rad] */
     double *modes, *lower, *balance; /* (n, n) twice; (n,): what balances the Jacobian */
@@ -41,6 +43,7 @@ struct rumo_integrator {
     int exact;                  /* or where it is not exact one that is shorter */
     long long seen;             /* steps before that was found out */
     double *looked;             /* (n,): y of the Jacobian */
+    int unlooked, jumped;       /* steps since it was found; whether inputs have jumped since */
 
     int moving;                 /* whether y is where the last step ended: polynomial and step are of use */
     int predicts;               /* whether there is a polynomial */

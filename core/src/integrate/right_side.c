@@ -40,7 +40,8 @@ static int rates_at(rumo_integrator *q, const double *y, double *rate) {
     return finite;
 }
 
-/* With more states than the root of this in loops, Jacobians are not looked at in each step: that takes longer than a step. */
+/* With more states than the root of this in loops, Jacobians are not looked at in each step, but after jumps: that takes longer
+ * than a step. */
 #define LOOK_AT 1024
 
 /* The same with the Jacobian, into q->rate and q->J. */
@@ -59,7 +60,9 @@ static int jacobian_at(rumo_integrator *q, const double *y) {
         q->J[e] = value;
     }
     if (changed) q->factored = 0.0;
-    if (changed && (q->work.steps - q->seen + 1) * LOOK_AT >= (long long)q->loops * q->loops) q->longest = q->exact = 0;
+    const int due = q->jumped || (q->work.steps - q->seen + 1) * LOOK_AT >= (long long)q->loops * q->loops;
+    if (changed && due) q->longest = q->exact = 0;
+    q->jumped = q->unlooked = 0;
     return q->has_jacobian = q->fresh = finite && all_finite(q->J, J->count);
 }
 

@@ -28,10 +28,12 @@ class Plant:
     """A model advanced by the Radau IIA method of order 5 in the C core, or by SUNDIALS.
 
     Errors are controlled in proportion to the size of a state, or to its scale where it is smaller: what lies below the
-    absolute tolerance and fades may fade at another rate, within that tolerance. What grows is followed by the core
-    however small it is: its steps are so short that unstable modes grow by their true factor, to the tolerance in each
-    step, also from 1e-12 (in models of up to 200 states that depend on each other in loops; SUNDIALS looks at its
-    tolerance alone). What is exactly 0 and has no reason to leave stays 0.
+    absolute tolerance and fades may fade at another rate, within that tolerance. Exponential modes that grow are
+    followed by the core however small they are, also from 1e-12: its steps are so short that each grows by its true
+    factor, to the tolerance in each step, in models of up to 200 states that depend on each other in loops. Where
+    growth depends on states it is found as they move, and less exact (see "Closed loop" in the documentation). What
+    grows as a power of time, as chains of integrators do, is exact to the tolerance alone, as all is by SUNDIALS. What
+    is exactly 0 and has no reason to leave stays 0.
 
     Threads must not share one: each takes a `copy.copy`, as each `ClosedLoop` does. Where it comes to depends on where
     it began and on what was held since, not on anything before a `reset`.

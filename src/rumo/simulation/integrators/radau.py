@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 from weakref import WeakKeyDictionary
 
+import casadi as ca
 import numpy as np
 
 from rumo.errors import PlantError
@@ -27,6 +28,19 @@ def right_side(model: Model) -> SystemProgram | str:
         found = f"the core lacks {operation}" if program is None else can_integrate(program) or program
         _found[model] = found
     return found
+
+
+SLOWLY, MANY_RADIANS = 1e-8, 1e3
+"""Growth of a mode, over its size, from which on the core follows it; what takes too many steps [rad]."""
+
+
+def _jacobian(model: Model, y: Array, u: Array, p: Array) -> Array:
+    """Of the states' rates, (nx, nx), where the algebraic variables follow them."""
+    given = [model.xz, model.u, model.p]
+    rows = ca.vertcat(model.f(*given), model.g(*given)) if len(model.algebraic) else model.f(*given)
+    J = ca.Function("J", given, [ca.densify(ca.jacobian(rows, model.xz))])(y, u, p).full()
+    n = len(model.states)
+    return J[:n, :n] - J[:n, n:] @ np.linalg.lstsq(J[n:, n:], J[n:, :n])[0] if len(J) > n else J
 
 
 class Radau:
@@ -70,8 +84,22 @@ class Radau:
         end = self.try_to_advance(x, u, p, duration)
         if isinstance(end, Ending):
             name, at = self._given.model.name, f"from x = {x.tolist()}, u = {u.tolist()}"
-            raise PlantError(f"The core could not integrate {name} {at}: {end.sentence}")
+            why = self._what_limits(x, u, p, duration) if end is Ending.TOO_MANY else ""
+            raise PlantError(f"The core could not integrate {name} {at}: {end.sentence}{why}")
         return end
+
+    def _what_limits(self, x: Array, u: Array, p: Array, duration: float) -> str:
+        """The mode that grows and is too fast to be followed for so long, with a cure; nothing if there is none."""
+        modes = np.linalg.eigvals(_jacobian(self._given.model, np.concatenate([x, self.algebraic]), u, p))
+        growing = modes[modes.real > SLOWLY * np.abs(modes)]
+        fastest = growing[np.abs(growing).argmax()] if growing.size else 0.0
+        if abs(fastest) * duration < MANY_RADIANS:
+            return ""
+        return (
+            f" A mode that grows at {fastest.real:.3g} 1/s and turns at {abs(fastest.imag):.3g} rad/s is followed by"
+            f" steps of a fraction of {1.0 / abs(fastest):.1g} s. Damp it in the model, or use"
+            ' method="sundials", with small scales if it matters: that goes by its tolerance alone.'
+        )
 
     @property
     def algebraic(self) -> Array:
