@@ -26,7 +26,6 @@ from rumo.campaigns.tasks.rows import DONE
 from rumo.campaigns.tasks.task import Row, canonical
 from rumo.errors import ArgumentError, FileError
 from rumo.files import write_whole
-from rumo.scenarios.differences import differences
 from rumo.version import __version__
 
 if TYPE_CHECKING:
@@ -286,6 +285,8 @@ def _compare(found: Mapping[str, Any], wanted: Mapping[str, Any], folder: Path) 
     if found["rumo"] != wanted["rumo"]:
         raise ArgumentError("output", f"'{folder}' of Rumo {found['rumo']}", f"rows of Rumo {wanted['rumo']}", cure)
     if found["hash"] != wanted["hash"]:
+        from rumo.scenarios.differences import differences  # which takes 70 MB along
+
         words = differences(found.get("identity", {}), wanted["identity"])
         got = f"'{folder}' of another campaign{f': {words}' if words else ''}"
         raise ArgumentError("output", got, "a folder of this campaign", cure)
