@@ -144,7 +144,7 @@ def _campaign_of(
     from rumo.campaigns.falsification.reading import TABLES, falsification_of
 
     found = falsification_of({name: specification[name] for name in TABLES})
-    return found.drives, {name: plain(before[f"setting.{name}"]) for name in found.search}, found.identity
+    return found.drives, found.chosen_in(before), found.identity
 
 
 def _row(rows: Any, key: str) -> dict[str, Any]:

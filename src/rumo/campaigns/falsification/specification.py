@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 from rumo.campaigns.judging.criteria import Criterion
 from rumo.campaigns.searching.samplers import SAMPLERS
-from rumo.campaigns.searching.space import identity_of, options_of
+from rumo.campaigns.searching.space import as_chosen, identity_of, options_of
 from rumo.campaigns.searching.specification import Searched
 from rumo.campaigns.specification import Campaign
 from rumo.campaigns.specification.distributions import Integers, LogUniform, Uniform
@@ -118,12 +118,8 @@ class Falsification(Searched):
         found = dict(settings)
         for name, nothing in self.size.items():
             value = nothing + share * (float(settings[name]) - nothing)  # pyright: ignore[reportArgumentType]
-            found[name] = self.as_chosen(name, value)
+            found[name] = as_chosen(self.search[name], value)
         return found
-
-    def as_chosen(self, name: str, value: float) -> float | int:
-        """A value of a setting, in the form in which it is chosen: whole numbers are rounded."""
-        return round(value) if isinstance(self.search[name], Integers) else value
 
     def _share(self, name: str, value: float) -> float:
         choice: Uniform | Integers = self.search[name]

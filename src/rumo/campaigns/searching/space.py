@@ -51,11 +51,11 @@ def options_of(choice: Distribution | Grid) -> list[Any] | None:
 
 
 def as_chosen(choice: Distribution | Grid, value: Any) -> Any:
-    """A value of a table, whose whole numbers may be floats, in the form in which it was chosen."""
+    """A value in the form in which it is chosen: whole numbers may be floats in a table, or have been scaled."""
     values = options_of(choice)
     if values is not None:
         return next((option for option in values if option == value), value)
-    return int(value) if isinstance(choice, Integers) else value
+    return round(value) if isinstance(choice, Integers) else value
 
 
 def _listed(values: Sequence[Any]) -> bool:

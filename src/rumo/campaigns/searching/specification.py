@@ -7,14 +7,16 @@ from dataclasses import dataclass, field, fields
 from types import MappingProxyType
 from typing import Any, ClassVar
 
+from rumo.campaigns.judging.columns import SETTING
+from rumo.campaigns.judging.summary import plain
 from rumo.campaigns.searching.samplers import SAMPLERS
-from rumo.campaigns.searching.space import check_space
+from rumo.campaigns.searching.space import as_chosen, check_space
 from rumo.campaigns.specification.files import with_files
 from rumo.campaigns.specification.sampling import as_varied
 from rumo.checks import as_mapping, checked, positive_number, whole_number
 from rumo.errors import ArgumentError, UnknownNameError
 from rumo.registry import CONTROLLERS
-from rumo.scenarios import Recipe
+from rumo.scenarios import Plain, Recipe
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,11 @@ class Searched:
     def settings(self) -> dict[str, Any]:
         """How it is looked for, by the names that a file has for it."""
         return {name: getattr(self, name) for name in SETTINGS}
+
+    def chosen_in(self, row: Mapping[str, Any]) -> dict[str, Plain]:
+        """What was chosen for a drive, by its row of a table, in which what was not chosen is None or NaN."""
+        said = {name: plain(row.get(SETTING + name)) for name in self.search}
+        return {name: as_chosen(self.search[name], value) for name, value in said.items() if value is not None}
 
 
 SETTINGS = tuple(each.name for each in fields(Searched) if each.kw_only)

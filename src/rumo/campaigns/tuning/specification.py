@@ -9,10 +9,8 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
-from rumo.campaigns.judging.columns import SETTING
-from rumo.campaigns.judging.summary import plain
 from rumo.campaigns.searching.samplers import SEVERAL
-from rumo.campaigns.searching.space import as_chosen, identity_of, options_of
+from rumo.campaigns.searching.space import identity_of, options_of
 from rumo.campaigns.searching.specification import Searched
 from rumo.campaigns.searching.trial_storage import is_url
 from rumo.campaigns.specification import Campaign
@@ -176,8 +174,7 @@ class Tuning(Searched):
         ArgumentError
             If it is of none of them, as something has changed since.
         """
-        said = {name: plain(row.get(SETTING + name)) for name in self.search}
-        chosen = {name: as_chosen(self.search[name], value) for name, value in said.items() if value is not None}
+        chosen = self.chosen_in(row)
         every = [self.drives] if self.judged is None else [self.drives, self.judged]
         draw, key = int(row["draw"]), row["key"]
         for drives in every:
